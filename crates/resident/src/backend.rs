@@ -1,0 +1,125 @@
+//! The [`Backend`] trait: what renders a resident scene.
+
+use crate::batch::SceneBatch;
+use crate::environment::Environment;
+use crate::film::Film;
+use crate::frame::Frame;
+use std::time::Duration;
+
+/// What can go wrong in a backend.
+#[derive(Clone, Debug, thiserror::Error, PartialEq)]
+pub enum BackendError {
+    /// The batch starts from another revision than the resident scene has. Nothing was changed.
+    #[error("the batch starts at revision {expected}, but the resident scene is at {resident}; apply the batches in order")]
+    StaleRevision {
+        /// What the batch expects.
+        expected: u64,
+        /// What is resident.
+        resident: u64,
+    },
+    /// The frame cannot be rendered as asked.
+    #[error("the frame is invalid: {0}")]
+    InvalidFrame(String),
+    /// The ticket is not the last one that was handed out, or was read back already.
+    #[error("unknown ticket {0:?}: a new frame or a readback has ended it")]
+    UnknownTicket(Ticket),
+    /// The device is gone or lacks something.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// A frame that was handed in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Ticket(pub u64);
+
+/// Work that was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Rays from the camera.
+    pub camera: u64,
+    /// Rays that continue a path.
+    pub bounce: u64,
+    /// Visibility rays to lights.
+    pub shadow: u64,
+}
+
+impl RayCounts {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.camera + self.bounce + self.shadow
+    }
+}
+
+/// How far a frame is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TicketStatus {
+    /// Pixel samples that are done.
+    pub done: u64,
+    /// Pixel samples of the whole frame.
+    pub total: u64,
+    /// Rays so far.
+    pub rays: RayCounts,
+    /// Time spent tracing so far.
+    pub elapsed: Duration,
+}
+
+impl TicketStatus {
+    /// Whether the frame is finished.
+    pub fn is_done(&self) -> bool {
+        self.done == self.total
+    }
+}
+
+/// Bytes that are resident.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResidentBytes {
+    /// Positions, attributes, indices, tangents.
+    pub geometry: u64,
+    /// BLAS and TLAS.
+    pub acceleration: u64,
+    /// Images with their mips.
+    pub images: u64,
+    /// All other rows.
+    pub rows: u64,
+}
+
+/// What an applied batch did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ApplyReport {
+    /// Bytes written, images apart.
+    pub bytes: u64,
+    /// BLAS built.
+    pub blas_built: u32,
+    /// Time of the BLAS builds.
+    pub blas_time: Duration,
+    /// Time of the TLAS build or update.
+    pub tlas_time: Duration,
+}
+
+/// What renders a resident scene. Data flows in as batches and frames, and out as a film on request; a backend never
+/// asks the model for anything.
+pub trait Backend {
+    /// Its name on the command line and in reports, such as `cpu`.
+    fn name(&self) -> &'static str;
+
+    /// The device, in words.
+    fn device(&self) -> String;
+
+    /// Brings the resident scene up to date. An error changes nothing.
+    fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError>;
+
+    /// Sets what surrounds the scene.
+    fn set_environment(&mut self, environment: Environment) -> Result<(), BackendError>;
+
+    /// Hands in a frame; it replaces any earlier one.
+    fn submit(&mut self, frame: Frame) -> Result<Ticket, BackendError>;
+
+    /// Says how far a frame is. A backend without a device of its own works here, for about `budget`.
+    fn poll(&mut self, ticket: Ticket, budget: Duration) -> Result<TicketStatus, BackendError>;
+
+    /// The film of a frame, finished or not (an unfinished one holds whole blocks only); ends the ticket.
+    fn read_film(&mut self, ticket: Ticket) -> Result<Film, BackendError>;
+
+    /// What is resident, in bytes.
+    fn resident_bytes(&self) -> ResidentBytes;
+}

@@ -1,0 +1,1 @@
+//! Polynomials that every backend computes alike.

@@ -1,0 +1,33 @@
+use bytemuck::{Pod, Zeroable};
+
+/// One emissive RenderNode. 32 bytes.
+///
+/// A point on it is sampled by choosing a triangle in proportion to its object-space area, then a point uniformly on
+/// the triangle: the density over world area is `p(emitter) * (area_object / total_area_object) / area_world`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct EmitterRow {
+    /// The RenderNode that emits.
+    pub render_node: u32,
+    /// First row in the emitter-triangle table (the same as its MeshDesc's).
+    pub first_triangle: u32,
+    /// Rows in the emitter-triangle table: its triangles.
+    pub triangle_count: u32,
+    /// Sum of the object-space areas of its triangles.
+    pub area: f32,
+    /// Its weight in the choice among emitters: about the power it emits (luminance x world area x pi x faces).
+    pub power: f32,
+    /// `power` summed over this and all earlier rows; the last row's is the total.
+    pub cumulative_power: f32,
+    /// Zero.
+    pub reserved: [u32; 2],
+}
+
+/// One triangle of an emissive RenderPrimitive; the order is that of the index stream. 4 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct EmitterTriangle {
+    /// Object-space area summed over this and all earlier triangles of the primitive, divided by the total: the last
+    /// one's is 1.
+    pub cumulative: f32,
+}

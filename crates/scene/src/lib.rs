@@ -1,0 +1,9 @@
+//! The model scene: document, stable ids, import and export.
+//!
+//! A [`Scene`] holds everything that a glTF 2.0 document holds, in generational stores, so that an id never shifts and
+//! a stale one is an error. It knows nothing of rendering.
+
+pub mod accessor;
+pub mod model;
+
+pub use model::Scene;

@@ -1,0 +1,150 @@
+//! The document: what a glTF 2.0 file says, with stable ids in place of indices.
+//!
+//! Names and meanings are those of the glTF 2.0 specification. Everything that a file holds and Orthant does not know
+//! (extras, unknown extensions) is kept for export.
+
+mod animation;
+mod blob;
+mod geometry;
+mod ids;
+mod material;
+mod node;
+mod store;
+mod texture;
+
+pub use animation::*;
+pub use blob::Blob;
+pub use geometry::*;
+pub use ids::*;
+pub use material::*;
+pub use node::*;
+pub use store::Store;
+pub use texture::*;
+
+use serde_json::{Map, Value};
+
+/// What an object carries besides what is modelled: kept for export, byte for byte in meaning.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extra {
+    /// glTF `extras`.
+    pub extras: Option<Box<Value>>,
+    /// Extensions that are not modelled, by name, in file order.
+    pub extensions: Option<Box<Map<String, Value>>>,
+}
+
+/// glTF `asset`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asset {
+    /// `generator`.
+    pub generator: Option<String>,
+    /// `copyright`.
+    pub copyright: Option<String>,
+    /// `minVersion`.
+    pub min_version: Option<String>,
+    /// The rest.
+    pub extra: Extra,
+}
+
+/// A glTF `scene`: a set of root nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneRoots {
+    /// `name`.
+    pub name: Option<String>,
+    /// Root nodes in order.
+    pub roots: Children,
+    /// The rest.
+    pub extra: Extra,
+}
+
+/// The authoritative model scene.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    pub(crate) asset: Asset,
+    pub(crate) default_scene: Option<SceneId>,
+    pub(crate) scenes: Store<SceneId, SceneRoots>,
+    pub(crate) nodes: Store<NodeId, Node>,
+    pub(crate) meshes: Store<MeshId, Mesh>,
+    pub(crate) materials: Store<MaterialId, Material>,
+    pub(crate) textures: Store<TextureId, Texture>,
+    pub(crate) images: Store<ImageId, Image>,
+    pub(crate) samplers: Store<SamplerId, Sampler>,
+    pub(crate) accessors: Store<AccessorId, Accessor>,
+    pub(crate) buffer_views: Store<BufferViewId, BufferView>,
+    pub(crate) buffers: Store<BufferId, Buffer>,
+    pub(crate) skins: Store<SkinId, Skin>,
+    pub(crate) animations: Store<AnimationId, Animation>,
+    pub(crate) cameras: Store<CameraId, Camera>,
+    pub(crate) lights: Store<LightId, Light>,
+    pub(crate) variants: Store<VariantId, Variant>,
+    pub(crate) extensions_used: Vec<String>,
+    pub(crate) extensions_required: Vec<String>,
+    pub(crate) extra: Extra,
+}
+
+macro_rules! getters {
+    ($($(#[$doc:meta])* $name:ident: $id:ty => $value:ty;)*) => {
+        impl Scene {
+            $($(#[$doc])* pub fn $name(&self) -> &Store<$id, $value> { &self.$name })*
+        }
+    };
+}
+
+getters! {
+    /// All scenes (sets of roots).
+    scenes: SceneId => SceneRoots;
+    /// All nodes.
+    nodes: NodeId => Node;
+    /// All meshes.
+    meshes: MeshId => Mesh;
+    /// All materials.
+    materials: MaterialId => Material;
+    /// All textures.
+    textures: TextureId => Texture;
+    /// All images.
+    images: ImageId => Image;
+    /// All samplers.
+    samplers: SamplerId => Sampler;
+    /// All accessors.
+    accessors: AccessorId => Accessor;
+    /// All buffer views.
+    buffer_views: BufferViewId => BufferView;
+    /// All buffers.
+    buffers: BufferId => Buffer;
+    /// All skins.
+    skins: SkinId => Skin;
+    /// All animations.
+    animations: AnimationId => Animation;
+    /// All cameras.
+    cameras: CameraId => Camera;
+    /// All punctual lights.
+    lights: LightId => Light;
+    /// All material variants.
+    variants: VariantId => Variant;
+}
+
+impl Scene {
+    /// glTF `asset`.
+    pub fn asset(&self) -> &Asset {
+        &self.asset
+    }
+
+    /// The scene to show: glTF `scene`, if the file names one.
+    pub fn default_scene(&self) -> Option<SceneId> {
+        self.default_scene
+    }
+
+    /// `extensionsUsed`, in file order.
+    pub fn extensions_used(&self) -> &[String] {
+        &self.extensions_used
+    }
+
+    /// `extensionsRequired`, in file order.
+    pub fn extensions_required(&self) -> &[String] {
+        &self.extensions_required
+    }
+
+    /// What the document itself carries besides what is modelled.
+    pub fn extra(&self) -> &Extra {
+        &self.extra
+    }
+}
