@@ -95,13 +95,18 @@ impl ElementType {
 
     /// Bytes of one element as it is stored: matrix columns begin at multiples of 4 bytes.
     pub fn stored_size(self, component: ComponentType) -> usize {
+        self.stored_size_of(component.size())
+    }
+
+    /// [`ElementType::stored_size`] for components of a number of bytes.
+    pub(crate) fn stored_size_of(self, component: usize) -> usize {
         let (columns, rows) = match self {
             Self::Mat2 => (2, 2),
             Self::Mat3 => (3, 3),
             Self::Mat4 => (4, 4),
-            _ => return self.components() * component.size(),
+            _ => return self.components() * component,
         };
-        columns * (rows * component.size()).next_multiple_of(4)
+        columns * (rows * component).next_multiple_of(4)
     }
 }
 

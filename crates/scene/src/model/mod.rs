@@ -143,6 +143,13 @@ impl Scene {
         &self.extensions_required
     }
 
+    /// The bytes of a buffer view, or `None` if the view is stale or does not lie in its buffer (which import refuses).
+    pub fn view_bytes(&self, id: BufferViewId) -> Option<&[u8]> {
+        let view = self.buffer_views.get(id)?;
+        let buffer = self.buffers.get(view.buffer)?;
+        buffer.data.get(view.offset..view.offset.checked_add(view.length)?)
+    }
+
     /// What the document itself carries besides what is modelled.
     pub fn extra(&self) -> &Extra {
         &self.extra

@@ -75,4 +75,3 @@ impl<K: Key, V> std::ops::Index<K> for Store<K, V> {
         &self.0[id]
     }
 }
-
