@@ -1,1 +1,13 @@
-//! Orthant.
+//! The CPU backend: the resident scene in memory and a multi-threaded ray tracer.
+//!
+//! * [`scene`]: [`ResidentScene`], every row and stream that a [`orthant_resident::SceneBatch`] writes, and the
+//!   acceleration structures over them;
+//! * [`accel`]: the structures themselves: one BLAS per RenderPrimitive, one TLAS over the RenderNodes;
+//! * [`trace`]: rays through them.
+
+pub mod accel;
+pub mod scene;
+pub mod trace;
+
+pub use scene::ResidentScene;
+pub use trace::{Hit, Ray};

@@ -10,13 +10,18 @@ use std::time::Duration;
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 pub enum BackendError {
     /// The batch starts from another revision than the resident scene has. Nothing was changed.
-    #[error("the batch starts at revision {expected}, but the resident scene is at {resident}; apply the batches in order")]
+    #[error(
+        "the batch starts at revision {expected}, but the resident scene is at {resident}; apply the batches in order"
+    )]
     StaleRevision {
         /// What the batch expects.
         expected: u64,
         /// What is resident.
         resident: u64,
     },
+    /// The batch contradicts itself or leads outside its buffers. Nothing was changed.
+    #[error("the batch is invalid: {0}")]
+    InvalidBatch(String),
     /// The frame cannot be rendered as asked.
     #[error("the frame is invalid: {0}")]
     InvalidFrame(String),

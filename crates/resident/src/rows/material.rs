@@ -39,8 +39,7 @@ pub struct TextureSlot {
 
 impl TextureSlot {
     /// No texture.
-    pub const NONE: Self =
-        Self { texture: super::NONE, uv_set: 0, transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+    pub const NONE: Self = Self { texture: super::NONE, uv_set: 0, transform: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
 }
 
 /// One material in metallic-roughness terms. 224 bytes.

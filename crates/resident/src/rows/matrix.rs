@@ -14,8 +14,7 @@ pub struct Mat3x4 {
 
 impl Mat3x4 {
     /// The identity.
-    pub const IDENTITY: Self =
-        Self { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
+    pub const IDENTITY: Self = Self { rows: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]] };
 
     /// Rounds an `f64` affine transform to rows of `f32`.
     #[inline]

@@ -1,0 +1,172 @@
+//! [`ResidentScene`]: what is resident in memory, and how a batch changes it.
+
+mod check;
+#[cfg(test)]
+pub(crate) mod testing;
+
+use crate::accel::{Blas, Tlas};
+use crate::trace::{self, Hit, Ray};
+use glam::Vec3;
+use orthant_resident::backend::{ApplyReport, BackendError, ResidentBytes};
+use orthant_resident::batch::{SceneBatch, TextureRow, TlasAction};
+use orthant_resident::image::ImageData;
+use orthant_resident::rows::{EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, RenderNodeRow, VertexRow};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Every stream and row of a model scene, and the acceleration structures over them. It changes by
+/// [`ResidentScene::apply`] alone; the fields are public to be read.
+#[derive(Clone, Debug, Default)]
+pub struct ResidentScene {
+    /// Object-space positions in metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex attributes, parallel to `positions`.
+    pub vertices: Vec<VertexRow>,
+    /// Vertex indices, local to their MeshDesc, three a triangle.
+    pub indices: Vec<u32>,
+    /// Tangents per corner.
+    pub tangents: Vec<u32>,
+    /// Geometry ranges by RenderPrimitive.
+    pub mesh_descs: Vec<MeshDesc>,
+    /// Images by slot.
+    pub images: Vec<Option<Arc<ImageData>>>,
+    /// Textures.
+    pub textures: Vec<TextureRow>,
+    /// Materials.
+    pub materials: Vec<MaterialRow>,
+    /// Punctual lights.
+    pub lights: Vec<LightRow>,
+    /// Area tables of emissive primitives.
+    pub emitter_triangles: Vec<EmitterTriangle>,
+    /// Emissive render nodes.
+    pub emitters: Vec<EmitterRow>,
+    /// Instances.
+    pub render_nodes: Vec<RenderNodeRow>,
+    /// The revision that the last batch reached.
+    pub revision: u64,
+    /// BLAS by RenderPrimitive.
+    pub blas: Vec<Option<Blas>>,
+    /// The TLAS over `render_nodes`.
+    pub tlas: Tlas,
+}
+
+impl ResidentScene {
+    /// An empty scene at revision 0.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Brings the scene up to date.
+    ///
+    /// # Errors
+    /// [`BackendError::StaleRevision`] for a batch that starts from another revision, [`BackendError::InvalidBatch`]
+    /// for one whose parts contradict each other. The scene is then unchanged.
+    pub fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
+        if batch.expected_revision != self.revision {
+            return Err(BackendError::StaleRevision { expected: batch.expected_revision, resident: self.revision });
+        }
+        check::check(self, &batch)?;
+        let mut report = ApplyReport { bytes: batch.upload_bytes(), ..Default::default() };
+
+        // Write the streams and rows
+        batch.positions.apply_to(&mut self.positions);
+        batch.vertices.apply_to(&mut self.vertices);
+        batch.indices.apply_to(&mut self.indices);
+        batch.tangents.apply_to(&mut self.tangents);
+        batch.mesh_descs.apply_to(&mut self.mesh_descs);
+        for write in batch.images {
+            let slot = write.slot as usize;
+            if slot >= self.images.len() {
+                self.images.resize(slot + 1, None);
+            }
+            self.images[slot] = write.image;
+        }
+        batch.textures.apply_to(&mut self.textures);
+        batch.materials.apply_to(&mut self.materials);
+        batch.lights.apply_to(&mut self.lights);
+        batch.emitter_triangles.apply_to(&mut self.emitter_triangles);
+        batch.emitters.apply_to(&mut self.emitters);
+        batch.render_nodes.apply_to(&mut self.render_nodes);
+
+        // Build and free BLAS
+        let start = Instant::now();
+        self.blas.resize(self.mesh_descs.len(), None);
+        for &primitive in &batch.blas_frees {
+            self.blas[primitive as usize] = None;
+        }
+        let built: Vec<Blas> = batch
+            .blas_builds
+            .par_iter()
+            .map(|&p| Blas::build(&self.positions, &self.indices, &self.mesh_descs[p as usize]))
+            .collect();
+        for (&primitive, blas) in batch.blas_builds.iter().zip(built) {
+            self.blas[primitive as usize] = Some(blas);
+        }
+        if !batch.blas_builds.is_empty() {
+            report.blas_built = batch.blas_builds.len() as u32;
+            report.blas_time = start.elapsed();
+        }
+
+        // Build or update the TLAS
+        let start = Instant::now();
+        match batch.tlas {
+            TlasAction::None => {}
+            TlasAction::Update => self.tlas.update(&self.render_nodes, &self.blas),
+            TlasAction::Rebuild => self.tlas = Tlas::build(&self.render_nodes, &self.blas),
+        }
+        report.tlas_time = if batch.tlas == TlasAction::None { Duration::ZERO } else { start.elapsed() };
+        self.revision = batch.new_revision;
+        Ok(report)
+    }
+
+    /// The nearest hit between `t_min` and `t_max`, both exclusive.
+    ///
+    /// `accept` is asked about hits of RenderNodes without [`orthant_resident::rows::NodeFlags::OPAQUE`], in no
+    /// particular order and at most once for a triangle of a RenderNode; where it says `false` the ray passes through.
+    /// Back faces of RenderNodes without [`orthant_resident::rows::NodeFlags::DOUBLE_SIDED`] do not exist. Of equally
+    /// near hits the one with the smallest RenderNode, then triangle, counts.
+    #[inline]
+    pub fn closest_hit(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        trace::closest_hit(self, ray, accept)
+    }
+
+    /// Whether anything is hit between `t_min` and `t_max`, both exclusive; `accept` as for
+    /// [`ResidentScene::closest_hit`].
+    #[inline]
+    pub fn any_hit(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
+        trace::any_hit(self, ray, accept)
+    }
+
+    /// Object-space corners of a triangle of a RenderNode.
+    ///
+    /// # Panics
+    /// When there is no such triangle; those of a [`Hit`] exist until the next batch.
+    #[inline]
+    pub fn triangle_positions(&self, render_node: u32, triangle: u32) -> [Vec3; 3] {
+        let desc = &self.mesh_descs[self.render_nodes[render_node as usize].primitive as usize];
+        let first = desc.first_index as usize + 3 * triangle as usize;
+        let corner =
+            |k: usize| Vec3::from_array(self.positions[desc.first_vertex as usize + self.indices[first + k] as usize]);
+        [corner(0), corner(1), corner(2)]
+    }
+
+    /// What is resident, in bytes.
+    pub fn resident_bytes(&self) -> ResidentBytes {
+        fn bytes<T>(rows: &[T]) -> u64 {
+            size_of_val(rows) as u64
+        }
+        ResidentBytes {
+            geometry: bytes(&self.positions) + bytes(&self.vertices) + bytes(&self.indices) + bytes(&self.tangents),
+            acceleration: self.blas.iter().flatten().map(Blas::bytes).sum::<u64>() + self.tlas.bytes(),
+            images: self.images.iter().flatten().map(|image| bytes(&image.texels)).sum(),
+            rows: bytes(&self.mesh_descs)
+                + bytes(&self.textures)
+                + bytes(&self.materials)
+                + bytes(&self.lights)
+                + bytes(&self.emitter_triangles)
+                + bytes(&self.emitters)
+                + bytes(&self.render_nodes),
+        }
+    }
+}

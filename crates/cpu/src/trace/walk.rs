@@ -1,0 +1,144 @@
+//! The walk through the two levels of trees.
+
+use super::boxes::BoxRay;
+use super::object_ray::ObjectRay;
+use super::triangle::intersect;
+use super::{Hit, Ray};
+use crate::accel::bounds::ORIGIN_SLACK;
+use crate::accel::wide::{MAX_STACK, WIDTH, WideTree};
+use crate::accel::{Blas, blas};
+use crate::scene::ResidentScene;
+use glam::Vec3;
+use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
+
+/// The nearest accepted hit.
+pub(crate) fn closest_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+    walk::<_, false>(scene, ray, accept)
+}
+
+/// Whether there is an accepted hit.
+pub(crate) fn any_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
+    walk::<_, true>(scene, ray, accept).is_some()
+}
+
+/// What is to be visited: the entry parameter's bits over the node index, so that comparing entries compares
+/// parameters (those are never negative).
+type Entry = u64;
+
+fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, mut accept: A) -> Option<Hit> {
+    let mut best = Hit { t: ray.t_max, render_node: 0, triangle: 0, b1: 0.0, b2: 0.0, back_face: false };
+    let mut found = false;
+    let t_min = if ray.t_min > 0.0 { ray.t_min } else { 0.0 };
+    if !(ray.t_max > t_min && ray.origin.is_finite() && ray.direction.is_finite() && ray.direction != Vec3::ZERO) {
+        return None;
+    }
+    let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
+    let boxes = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
+    walk_tree::<ANY>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
+        let node = items[0];
+        let row = &scene.render_nodes[node as usize];
+        let Some(Some(blas)) = scene.blas.get(row.primitive as usize) else { return false };
+        let desc = &scene.mesh_descs[row.primitive as usize];
+        let instance = Instance { scene, node, row, blas, desc, t_enter, t_min };
+        instance.walk::<A, ANY>(ray, best, &mut found, &mut accept)
+    });
+    found.then_some(best)
+}
+
+/// Visits the leaves that the ray meets at `best.t` or before, roughly from near to far, until `visit` says to stop.
+/// Returns whether it did.
+#[inline(always)]
+fn walk_tree<const ANY: bool>(
+    tree: &WideTree,
+    ray: &BoxRay,
+    best: &mut Hit,
+    mut visit: impl FnMut(&[u32], f32, &mut Hit) -> bool,
+) -> bool {
+    if tree.nodes.is_empty() {
+        return false;
+    }
+    let mut stack = [0 as Entry; MAX_STACK];
+    let mut len = 1;
+    let mut enter = [0.0; WIDTH];
+    while len > 0 {
+        len -= 1;
+        let entry = stack[len];
+        if f32::from_bits((entry >> 32) as u32) > best.t {
+            continue;
+        }
+        let node = &tree.nodes[entry as u32 as usize];
+        let mask = ray.test(node, best.t, &mut enter);
+        let mut leaves = mask & !u32::from(node.inner);
+        while leaves != 0 {
+            let slot = leaves.trailing_zeros() as usize;
+            leaves &= leaves - 1;
+            let first = node.child[slot] as usize;
+            if enter[slot] <= best.t && visit(&tree.items[first..first + node.count[slot] as usize], enter[slot], best)
+            {
+                return true;
+            }
+        }
+        let mut inner = mask & u32::from(node.inner);
+        let bottom = len;
+        while inner != 0 {
+            let slot = inner.trailing_zeros() as usize;
+            inner &= inner - 1;
+            let entry = Entry::from(enter[slot].to_bits()) << 32 | Entry::from(node.child[slot]);
+            let mut at = len;
+            while at > bottom && stack[at - 1] < entry {
+                stack[at] = stack[at - 1];
+                at -= 1;
+            }
+            stack[at] = entry;
+            len += 1;
+        }
+    }
+    false
+}
+
+/// One instance that a ray may hit.
+struct Instance<'a> {
+    scene: &'a ResidentScene,
+    node: u32,
+    row: &'a RenderNodeRow,
+    blas: &'a Blas,
+    desc: &'a MeshDesc,
+    /// Where the ray enters the instance's box: its hits are not before.
+    t_enter: f32,
+    t_min: f32,
+}
+
+impl Instance<'_> {
+    #[inline(always)]
+    fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(
+        &self,
+        ray: &Ray,
+        best: &mut Hit,
+        found: &mut bool,
+        accept: &mut A,
+    ) -> bool {
+        let origin = self.row.inverse.transform_point(ray.origin).to_array();
+        let direction = self.row.inverse.transform_vector(ray.direction).to_array();
+        let Some(local) = ObjectRay::new(origin, direction, self.t_min, &self.blas.bounds()) else { return false };
+        let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
+        let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
+        let (positions, indices) = (&self.scene.positions, &self.scene.indices);
+        walk_tree::<ANY>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
+            for &triangle in triangles {
+                let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
+                let Some(hit) = intersect(&local, &corners, cull) else { continue };
+                let t = if hit.t > self.t_enter { hit.t } else { self.t_enter };
+                let hit = Hit { t, render_node: self.node, triangle, b1: hit.b1, b2: hit.b2, back_face: hit.back_face };
+                let nearer = t < best.t || (t == best.t && (self.node, triangle) < (best.render_node, best.triangle));
+                if t > self.t_min && nearer && (opaque || accept(&hit)) {
+                    *best = hit;
+                    *found = true;
+                    if ANY {
+                        return true;
+                    }
+                }
+            }
+            false
+        })
+    }
+}
