@@ -35,14 +35,8 @@ impl ObjectRay {
             std::mem::swap(&mut x, &mut y);
         }
         let scale = 1.0 / direction[z];
-        let finite = origin[0] - origin[0]
-            + (origin[1] - origin[1])
-            + (origin[2] - origin[2])
-            + (scale - scale)
-            + (direction[0] - direction[0])
-            + (direction[1] - direction[1])
-            + (direction[2] - direction[2]);
-        if finite != 0.0 {
+        let finite = |v: &[f32; 3]| v[0].is_finite() & v[1].is_finite() & v[2].is_finite();
+        if !(finite(&origin) & finite(&direction) & scale.is_finite()) {
             return None;
         }
         let shear = [direction[x] * scale, direction[y] * scale, scale];
