@@ -1,0 +1,228 @@
+//! The derived scene: everything that a renderer needs, as flat rows in the layouts of `orthant-resident`.
+//!
+//! The definition is [`DerivedScene::derive`], which walks the whole model. Its parts, in the order in which they are
+//! made: the primitives ([`primitives`]), the world matrices ([`hierarchy`]), the decoded geometry
+//! ([`crate::geometry`]), images, textures and materials ([`materials`]), the origin and the render nodes
+//! ([`render_nodes`]), lights and emitters ([`lights`], [`emitters`]).
+//!
+//! Geometry and images are handed to the backend and not kept; rows are kept as a mirror.
+
+pub mod emitters;
+pub mod hierarchy;
+pub mod lights;
+pub mod materials;
+pub mod primitives;
+pub mod render_nodes;
+
+use crate::geometry::{GeometryStreams, RenderPrimitive, decode_primitives};
+use crate::textures::ImageLimits;
+use crate::{DeriveError, DeriveWarning};
+use glam::{DAffine3, DVec3, Vec3};
+use hierarchy::{DerivedNode, Hierarchy};
+use orthant_resident::SceneBatch;
+use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
+use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
+use orthant_scene::Scene;
+use orthant_scene::model::{NodeId, SceneId, Store, VariantId};
+use std::time::{Duration, Instant};
+
+/// What part of a document is derived, and how.
+#[derive(Clone, Debug)]
+pub struct DeriveOptions {
+    /// The scene to show; `None` is the document's default one, else its first, else all root nodes.
+    pub scene: Option<SceneId>,
+    /// The material variant to show.
+    pub variant: Option<VariantId>,
+    /// Decode images. Without it, materials show their factors (for counting and measuring).
+    pub images: bool,
+    /// Most bytes that decoded images may take together.
+    pub max_image_bytes: u64,
+}
+
+impl Default for DeriveOptions {
+    fn default() -> Self {
+        Self { scene: None, variant: None, images: true, max_image_bytes: u64::MAX }
+    }
+}
+
+/// Time that the parts of a derivation took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeriveTimes {
+    /// Accessors to streams.
+    pub geometry: Duration,
+    /// Encoded images to mip chains.
+    pub images: Duration,
+    /// Everything else: hierarchy, rows.
+    pub rows: Duration,
+}
+
+/// The derived scene.
+#[derive(Clone, Debug, Default)]
+pub struct DerivedScene {
+    /// The point of the document's world that is the origin of everything resident, in metres.
+    pub origin: DVec3,
+    /// The nodes that the scene shows, parents before children.
+    pub hierarchy: Hierarchy,
+    /// RenderPrimitives by index.
+    pub primitives: Vec<RenderPrimitive>,
+    /// Their MeshDescs.
+    pub mesh_descs: Vec<MeshDesc>,
+    /// Instances.
+    pub render_nodes: Vec<RenderNodeRow>,
+    /// The index in `hierarchy.nodes` of the node that a render node shows.
+    pub owners: Vec<u32>,
+    /// Materials: row 0 is the default material, row `slot + 1` the document's.
+    pub materials: Vec<MaterialRow>,
+    /// Textures.
+    pub textures: Vec<TextureRow>,
+    /// Punctual lights.
+    pub lights: Vec<LightRow>,
+    /// Emissive render nodes.
+    pub emitters: Vec<EmitterRow>,
+    /// What is shown otherwise than the document says.
+    pub warnings: Vec<DeriveWarning>,
+    /// Time that the parts took.
+    pub times: DeriveTimes,
+    streams: GeometryStreams,
+    images: Vec<ImageWrite>,
+}
+
+impl DerivedScene {
+    /// Derives everything from the model.
+    pub fn derive(scene: &Scene, options: &DeriveOptions) -> Result<Self, DeriveError> {
+        let start = Instant::now();
+        let mut warnings = Vec::new();
+        let table = primitives::register(scene, options.variant, &mut warnings);
+        let mut hierarchy = Hierarchy::build(scene, options.scene, &table)?;
+
+        let geometry_start = Instant::now();
+        let emissive = emitters::emissive_primitives(scene, &table);
+        let streams = decode_primitives(scene, &table.primitives, &emissive, &|i| {
+            table.primitives[i].deformed_by.map(|node| hierarchy.pose(scene, node))
+        })?;
+        let geometry = geometry_start.elapsed();
+
+        let images_start = Instant::now();
+        let limits = ImageLimits { max_bytes: options.max_image_bytes };
+        let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings)?;
+        let images = images_start.elapsed();
+
+        let origin = hierarchy.origin(&table, &streams.mesh_descs);
+        let nodes = render_nodes::derive(scene, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin)?;
+        let (mut rows, owners) = (nodes.rows, nodes.owners);
+        let lights = lights::derive(scene, &hierarchy, origin);
+        let emitters = emitters::derive(&mut rows, &streams.mesh_descs, &materials);
+        let times = DeriveTimes { geometry, images, rows: start.elapsed().saturating_sub(geometry + images) };
+        let mut derived = Self {
+            origin,
+            hierarchy,
+            primitives: table.primitives,
+            mesh_descs: streams.mesh_descs.clone(),
+            render_nodes: rows,
+            owners,
+            materials: materials.rows,
+            textures: materials.textures,
+            lights,
+            emitters,
+            warnings,
+            times,
+            streams,
+            images: materials.images,
+        };
+        derived.streams.mesh_descs = Vec::new();
+        Ok(derived)
+    }
+
+    /// The batch that makes an empty backend show this scene. Geometry and images move into it: a second call has rows
+    /// only and is meant for a backend that has them already.
+    pub fn load_batch(&mut self) -> SceneBatch {
+        let streams = std::mem::take(&mut self.streams);
+        SceneBatch {
+            expected_revision: 0,
+            new_revision: 1,
+            blas_builds: (0..self.mesh_descs.len() as u32)
+                .filter(|&i| self.mesh_descs[i as usize].index_count > 0)
+                .collect(),
+            blas_frees: Vec::new(),
+            positions: RowWrites::whole(streams.positions),
+            vertices: RowWrites::whole(streams.vertices),
+            indices: RowWrites::whole(streams.indices),
+            tangents: RowWrites::whole(streams.tangents),
+            mesh_descs: RowWrites::whole(self.mesh_descs.clone()),
+            images: std::mem::take(&mut self.images),
+            textures: RowWrites::whole(self.textures.clone()),
+            materials: RowWrites::whole(self.materials.clone()),
+            lights: RowWrites::whole(self.lights.clone()),
+            emitter_triangles: RowWrites::whole(streams.emitter_triangles),
+            emitters: RowWrites::whole(self.emitters.clone()),
+            render_nodes: RowWrites::whole(self.render_nodes.clone()),
+            tlas: TlasAction::Rebuild,
+        }
+    }
+
+    /// Bytes of rows and maps that a derivation writes, geometry and images apart.
+    pub fn row_bytes(&self) -> usize {
+        size_of_val(self.render_nodes.as_slice())
+            + size_of_val(self.owners.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + size_of_val(self.mesh_descs.as_slice())
+            + size_of_val(self.lights.as_slice())
+            + size_of_val(self.emitters.as_slice())
+            + self.hierarchy.bytes()
+    }
+
+    /// The render nodes of a node, in primitive order (instance by instance); none for a node that is not shown.
+    pub fn render_nodes_of(&self, node: NodeId) -> std::ops::Range<u32> {
+        self.hierarchy.get(node).map_or(0..0, |n| n.first_render_node..n.first_render_node + n.render_node_count)
+    }
+
+    /// The node that a render node shows.
+    pub fn node_of(&self, render_node: u32) -> Option<NodeId> {
+        Some(self.hierarchy.nodes[*self.owners.get(render_node as usize)? as usize].node)
+    }
+
+    /// World from node, in the document's world (the origin is not subtracted).
+    pub fn world_of(&self, node: NodeId) -> Option<DAffine3> {
+        self.hierarchy.get(node).map(|n| n.world)
+    }
+
+    /// Bounds of all visible render nodes in the document's world, `None` where nothing is visible. Each is the box of
+    /// its object-space box.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut bounds: Option<(DVec3, DVec3)> = None;
+        for row in self.render_nodes.iter().filter(|r| r.flags & NodeFlags::VISIBLE != 0) {
+            let desc = &self.mesh_descs[row.primitive as usize];
+            let (lo, hi) = (Vec3::from_array(desc.bounds_min), Vec3::from_array(desc.bounds_max));
+            for corner in 0..8 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
+                let p = row.world.transform_point(Vec3::new(pick(0), pick(1), pick(2))).as_dvec3() + self.origin;
+                if p.is_finite() {
+                    bounds = Some(bounds.map_or((p, p), |(a, b)| (a.min(p), b.max(p))));
+                }
+            }
+        }
+        bounds
+    }
+
+    /// Whether the scene lights itself: a punctual light, or a visible surface that emits.
+    pub fn has_lights(&self) -> bool {
+        !self.lights.is_empty() || !self.emitters.is_empty()
+    }
+}
+
+/// The row of a material: its slot + 1, or 0 for the default one.
+pub(crate) fn material_row(id: Option<orthant_scene::model::MaterialId>) -> u32 {
+    id.map_or(0, |id| Store::<_, ()>::slot(id) as u32 + 1)
+}
+
+/// The index of each object in the document by its slot: what AOVs show.
+pub(crate) fn document_indices<K: slotmap::Key, V>(store: &Store<K, V>) -> Vec<u32> {
+    let mut indices = vec![NONE; store.slot_bound()];
+    for (index, id) in store.ids().enumerate() {
+        indices[Store::<_, ()>::slot(id)] = index as u32;
+    }
+    indices
+}
+
+/// Keeps the parts' sizes in view: the hierarchy is walked for every derivation.
+const _: () = assert!(size_of::<DerivedNode>() <= 136);

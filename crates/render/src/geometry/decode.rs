@@ -1,0 +1,384 @@
+//! Decodes all RenderPrimitives into the global streams, in parallel.
+
+use super::deform::{Deformation, deform};
+use super::tangents::{encode_or_any, mikktspace};
+use super::topology::{triangle_index_count, write_triangles};
+use super::{RenderPrimitive, SkinPose};
+use crate::DeriveError;
+use glam::{Vec2, Vec3};
+use orthant_resident::rows::{EmitterTriangle, MeshDesc, MeshFlags, NONE, VertexRow, decode_normal, encode_normal};
+use orthant_scene::Scene;
+use orthant_scene::accessor;
+use orthant_scene::model::{AccessorId, ComponentType, ElementType, Primitive, Store};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// The global streams and one MeshDesc per RenderPrimitive.
+#[derive(Clone, Debug, Default)]
+pub struct GeometryStreams {
+    /// Object-space positions in metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Attributes, parallel to `positions`.
+    pub vertices: Vec<VertexRow>,
+    /// Local indices, three a triangle.
+    pub indices: Vec<u32>,
+    /// Corner tangents.
+    pub tangents: Vec<u32>,
+    /// Ranges by RenderPrimitive index.
+    pub mesh_descs: Vec<MeshDesc>,
+    /// Area tables of the primitives that are asked for.
+    pub emitter_triangles: Vec<EmitterTriangle>,
+}
+
+/// Vertices above which the work inside one primitive is split over threads.
+const PARALLEL_VERTICES: usize = 1 << 15;
+
+/// What one primitive is decoded from and into.
+struct Job<'a> {
+    primitive: &'a Primitive,
+    render_primitive: &'a RenderPrimitive,
+    place: String,
+    positions: &'a mut [[f32; 3]],
+    vertices: &'a mut [VertexRow],
+    indices: &'a mut [u32],
+    tangents: &'a mut [u32],
+    emitter_triangles: &'a mut [EmitterTriangle],
+    desc: &'a mut MeshDesc,
+}
+
+/// Decodes every primitive. `pose(i)` is how primitive `i` is deformed, for those whose `deformed_by` is set;
+/// `emissive[i]` asks for its area table.
+pub fn decode_primitives(
+    scene: &Scene,
+    primitives: &[RenderPrimitive],
+    emissive: &[bool],
+    pose: &(dyn Fn(usize) -> Option<SkinPose> + Sync),
+) -> Result<GeometryStreams, DeriveError> {
+    let mut streams = GeometryStreams::default();
+    let mut spans = Vec::with_capacity(primitives.len());
+    let mut total = Spans::default();
+    for (i, p) in primitives.iter().enumerate() {
+        let primitive = &scene.meshes()[p.mesh].primitives[p.primitive];
+        let span = Spans::of(scene, p, primitive, emissive[i]);
+        streams.mesh_descs.push(total.desc(&span)?);
+        total.add(&span);
+        spans.push(span);
+    }
+    total.check_fits_u32()?;
+    streams.positions = vec![[0.0; 3]; total.vertices];
+    streams.vertices = bytemuck::zeroed_vec(total.vertices);
+    streams.indices = vec![0; total.indices];
+    streams.tangents = vec![0; total.tangents];
+    streams.emitter_triangles = bytemuck::zeroed_vec(total.emitter_triangles);
+
+    let mut jobs = Vec::with_capacity(primitives.len());
+    {
+        let mut positions = streams.positions.as_mut_slice();
+        let mut vertices = streams.vertices.as_mut_slice();
+        let mut indices = streams.indices.as_mut_slice();
+        let mut tangents = streams.tangents.as_mut_slice();
+        let mut emitter_triangles = streams.emitter_triangles.as_mut_slice();
+        for ((p, span), desc) in primitives.iter().zip(&spans).zip(&mut streams.mesh_descs) {
+            jobs.push(Job {
+                primitive: &scene.meshes()[p.mesh].primitives[p.primitive],
+                render_primitive: p,
+                place: format!("/meshes/{}/primitives/{}", Store::<_, ()>::slot(p.mesh), p.primitive),
+                positions: take(&mut positions, span.vertices),
+                vertices: take(&mut vertices, span.vertices),
+                indices: take(&mut indices, span.indices),
+                tangents: take(&mut tangents, span.tangents),
+                emitter_triangles: take(&mut emitter_triangles, span.emitter_triangles),
+                desc,
+            });
+        }
+    }
+    jobs.into_par_iter().enumerate().try_for_each(|(i, job)| job.run(scene, pose(i)))?;
+    Ok(streams)
+}
+
+/// Cuts the first `n` elements off a slice.
+fn take<'a, T>(slice: &mut &'a mut [T], n: usize) -> &'a mut [T] {
+    let (head, tail) = std::mem::take(slice).split_at_mut(n);
+    *slice = tail;
+    head
+}
+
+/// Elements in each stream.
+#[derive(Clone, Copy, Default)]
+struct Spans {
+    vertices: usize,
+    indices: usize,
+    tangents: usize,
+    emitter_triangles: usize,
+}
+
+impl Spans {
+    fn of(scene: &Scene, render_primitive: &RenderPrimitive, primitive: &Primitive, emissive: bool) -> Self {
+        let count = |id: AccessorId| scene.accessors()[id].count;
+        let vertices = primitive.attributes.get("POSITION").map_or(0, count);
+        let elements = primitive.indices.map_or(vertices, count);
+        let indices = triangle_index_count(primitive.mode, elements);
+        Self {
+            vertices,
+            indices,
+            tangents: if render_primitive.tangents_from_uv.is_some() { indices } else { 0 },
+            emitter_triangles: if emissive { indices / 3 } else { 0 },
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.vertices += other.vertices;
+        self.indices += other.indices;
+        self.tangents += other.tangents;
+        self.emitter_triangles += other.emitter_triangles;
+    }
+
+    fn check_fits_u32(&self) -> Result<(), DeriveError> {
+        let largest =
+            [self.vertices, self.indices, self.tangents, self.emitter_triangles].into_iter().max().unwrap_or(0);
+        if largest >= NONE as usize {
+            return Err(DeriveError::new(
+                "/meshes",
+                format!("the meshes hold {largest} vertices or indices together; at most {} fit", NONE - 1),
+                "split the file into several scenes",
+            ));
+        }
+        Ok(())
+    }
+
+    /// The ranges of `span`, which begins where `self` ends.
+    fn desc(&self, span: &Self) -> Result<MeshDesc, DeriveError> {
+        self.check_fits_u32()?;
+        let first = |at: usize, n: usize| if n == 0 { NONE } else { at as u32 };
+        Ok(MeshDesc {
+            first_vertex: self.vertices as u32,
+            vertex_count: span.vertices as u32,
+            first_index: self.indices as u32,
+            index_count: span.indices as u32,
+            first_tangent: first(self.tangents, span.tangents),
+            first_emitter_triangle: first(self.emitter_triangles, span.emitter_triangles),
+            ..bytemuck::Zeroable::zeroed()
+        })
+    }
+}
+
+impl Job<'_> {
+    fn run(mut self, scene: &Scene, pose: Option<SkinPose>) -> Result<(), DeriveError> {
+        let place = self.place.clone();
+        let error = |what: String| DeriveError::new(&place, what, "export the mesh again, or repair the file");
+        self.indices(scene).map_err(error)?;
+        self.attributes(scene, pose).map_err(error)?;
+        self.tangents(scene).map_err(error)?;
+        self.bounds();
+        self.areas();
+        Ok(())
+    }
+
+    fn indices(&mut self, scene: &Scene) -> Result<(), String> {
+        let mode = self.primitive.mode;
+        if let Some(id) = self.primitive.indices {
+            let source = accessor::read_indices(scene, id).map_err(|e| e.to_string())?;
+            write_triangles(mode, source.len(), |i| source[i], self.indices);
+        } else {
+            write_triangles(mode, self.positions.len(), |i| i as u32, self.indices);
+        }
+        let largest = if self.indices.len() > PARALLEL_VERTICES {
+            self.indices.par_iter().copied().max()
+        } else {
+            self.indices.iter().copied().max()
+        };
+        match largest {
+            Some(index) if index as usize >= self.positions.len() => Err(format!(
+                "vertex index {index} is out of range: the primitive has {} vertices",
+                self.positions.len()
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn attributes(&mut self, scene: &Scene, pose: Option<SkinPose>) -> Result<(), String> {
+        let attributes = &self.primitive.attributes;
+        let get = |semantic: &str| attributes.get(semantic);
+        let n = self.positions.len();
+        let positions = optional::<3>(scene, get("POSITION"), n)?.unwrap_or_default();
+        let normals = optional::<3>(scene, get("NORMAL"), n)?;
+        let uv0 = optional::<2>(scene, get("TEXCOORD_0"), n)?;
+        let uv1 = optional::<2>(scene, get("TEXCOORD_1"), n)?;
+        let colors = match get("COLOR_0") {
+            Some(id) => Some(checked_len(accessor::read_colors(scene, id).map_err(|e| e.to_string())?, n, "COLOR_0")?),
+            None => None,
+        };
+        let (positions, normals) = match &pose {
+            Some(pose) => {
+                let deformation = Deformation::read(scene, self.primitive, pose)?;
+                let (p, n) = deform(&positions, normals.as_deref(), &deformation);
+                (Cow::Owned(p), n.map(Cow::Owned))
+            }
+            None => (positions, normals),
+        };
+
+        let flag = |given: bool, bit: u32| if given { bit } else { 0 };
+        self.desc.flags = flag(normals.is_none(), MeshFlags::FLAT)
+            | flag(uv0.is_some(), MeshFlags::UV0)
+            | flag(uv1.is_some(), MeshFlags::UV1)
+            | flag(colors.is_some(), MeshFlags::COLOR)
+            | flag(!self.tangents.is_empty(), MeshFlags::TANGENT)
+            | flag(pose.is_some(), MeshFlags::DEFORMED);
+
+        let fill = |first: usize, out_positions: &mut [[f32; 3]], out: &mut [VertexRow]| {
+            out_positions.copy_from_slice(&positions[first..first + out_positions.len()]);
+            for (i, row) in (first..).zip(out) {
+                *row = VertexRow {
+                    uv0: uv0.as_ref().map_or([0.0; 2], |a| a[i]),
+                    uv1: uv1.as_ref().map_or([0.0; 2], |a| a[i]),
+                    color: colors.as_ref().map_or([u16::MAX; 4], |a| a[i].map(unorm16)),
+                    normal: normals.as_ref().map_or(0, |a| encode_normal(unit(a[i]))),
+                    reserved: 0,
+                };
+            }
+        };
+        if n > PARALLEL_VERTICES {
+            self.positions
+                .par_chunks_mut(PARALLEL_VERTICES)
+                .zip(self.vertices.par_chunks_mut(PARALLEL_VERTICES))
+                .enumerate()
+                .for_each(|(c, (p, v))| fill(c * PARALLEL_VERTICES, p, v));
+        } else {
+            fill(0, self.positions, self.vertices);
+        }
+        Ok(())
+    }
+
+    fn tangents(&mut self, scene: &Scene) -> Result<(), String> {
+        let Some(uv_set) = self.render_primitive.tangents_from_uv else { return Ok(()) };
+        let (positions, vertices, indices) = (&*self.positions, &*self.vertices, &*self.indices);
+        let flat = self.desc.flags & MeshFlags::FLAT != 0;
+        let normal = |corner: usize| {
+            if flat {
+                face_normal(positions, &indices[corner / 3 * 3..corner / 3 * 3 + 3])
+            } else {
+                decode_normal(vertices[indices[corner] as usize].normal)
+            }
+        };
+        // A deformed primitive's tangents follow its deformed positions; given ones are for the undeformed ones.
+        let given =
+            self.primitive.attributes.get("TANGENT").filter(|_| self.desc.flags & MeshFlags::DEFORMED == 0 && !flat);
+        if let Some(id) = given {
+            let source = optional::<4>(scene, Some(id), positions.len())?.unwrap_or_default();
+            for (corner, out) in self.tangents.iter_mut().enumerate() {
+                let [x, y, z, w] = source[indices[corner] as usize];
+                *out = encode_or_any(normal(corner), Vec3::new(x, y, z), w);
+            }
+        } else {
+            let uv = |v: u32| {
+                let row = &vertices[v as usize];
+                Vec2::from_array(if uv_set == 1 { row.uv1 } else { row.uv0 })
+            };
+            mikktspace(positions, &normal, &uv, indices, self.tangents);
+        }
+        Ok(())
+    }
+
+    fn bounds(&mut self) {
+        let grow = |(lo, hi): (Vec3, Vec3), p: &[f32; 3]| {
+            let p = Vec3::from_array(*p);
+            if p.is_finite() { (lo.min(p), hi.max(p)) } else { (lo, hi) }
+        };
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (lo, hi) = if self.positions.len() > PARALLEL_VERTICES {
+            self.positions
+                .par_chunks(PARALLEL_VERTICES)
+                .map(|c| c.iter().fold(empty, grow))
+                .reduce(|| empty, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+        } else {
+            self.positions.iter().fold(empty, grow)
+        };
+        if lo.cmple(hi).all() {
+            self.desc.bounds_min = lo.to_array();
+            self.desc.bounds_max = hi.to_array();
+        }
+    }
+
+    /// The area table: cumulative object-space areas in index order, divided by their total.
+    fn areas(&mut self) {
+        if self.emitter_triangles.is_empty() {
+            return;
+        }
+        let mut sum = 0.0f64;
+        let areas: Vec<f64> = self
+            .indices
+            .chunks_exact(3)
+            .map(|t| {
+                let area = f64::from(face_cross(self.positions, t).length()) * 0.5;
+                sum += if area.is_finite() { area } else { 0.0 };
+                sum
+            })
+            .collect();
+        for (out, cumulative) in self.emitter_triangles.iter_mut().zip(areas) {
+            out.cumulative = if sum > 0.0 { (cumulative / sum) as f32 } else { 0.0 };
+        }
+        self.desc.area = sum as f32;
+    }
+}
+
+fn face_cross(positions: &[[f32; 3]], triangle: &[u32]) -> Vec3 {
+    let p = |i: usize| Vec3::from_array(positions[triangle[i] as usize]);
+    (p(1) - p(0)).cross(p(2) - p(0))
+}
+
+fn face_normal(positions: &[[f32; 3]], triangle: &[u32]) -> Vec3 {
+    face_cross(positions, triangle).normalize_or(Vec3::Z)
+}
+
+fn unit(n: [f32; 3]) -> Vec3 {
+    Vec3::from_array(n).normalize_or(Vec3::Z)
+}
+
+fn unorm16(v: f32) -> u16 {
+    (v.clamp(0.0, 1.0) * 65535.0).round() as u16
+}
+
+/// An attribute as floats: borrowed where it is stored as tightly packed, aligned floats.
+fn optional<const N: usize>(
+    scene: &Scene,
+    id: Option<AccessorId>,
+    count: usize,
+) -> Result<Option<Cow<'_, [[f32; N]]>>, String> {
+    let Some(id) = id else { return Ok(None) };
+    let values = match borrow_f32::<N>(scene, id) {
+        Some(slice) => Cow::Borrowed(slice),
+        None => Cow::Owned(accessor::read_f32::<N>(scene, id).map_err(|e| e.to_string())?),
+    };
+    if values.len() != count {
+        return Err(format!("an attribute has {} elements where POSITION has {count}", values.len()));
+    }
+    Ok(Some(values))
+}
+
+fn checked_len<T>(values: Vec<T>, count: usize, name: &str) -> Result<Vec<T>, String> {
+    if values.len() == count {
+        Ok(values)
+    } else {
+        Err(format!("{name} has {} elements where POSITION has {count}", values.len()))
+    }
+}
+
+fn borrow_f32<const N: usize>(scene: &Scene, id: AccessorId) -> Option<&[[f32; N]]> {
+    let a = &scene.accessors()[id];
+    let element = match N {
+        2 => ElementType::Vec2,
+        3 => ElementType::Vec3,
+        4 => ElementType::Vec4,
+        _ => return None,
+    };
+    if a.component_type != ComponentType::F32 || a.element_type != element || a.sparse.is_some() {
+        return None;
+    }
+    let view = &scene.buffer_views()[a.view?];
+    if view.stride.is_some_and(|s| s != N * 4) {
+        return None;
+    }
+    let start = view.offset.checked_add(a.offset)?;
+    let bytes = scene.buffers()[view.buffer].data.get(start..start.checked_add(a.count.checked_mul(N * 4)?)?)?;
+    bytemuck::try_cast_slice(bytes).ok()
+}
