@@ -6,6 +6,7 @@
 //! * [`environment`]: what surrounds the scene;
 //! * [`camera`], [`frame`], [`film`]: what to render, how, and what comes back;
 //! * [`sampling`], [`math`]: the random numbers, warps and polynomials that every backend computes alike;
+//! * [`tonemap`]: from radiance to what a display shows;
 //! * [`backend`]: the [`Backend`] trait.
 //!
 //! Nothing here knows of glTF. Coordinates are right-handed with Y up, in metres, relative to the origin of the
@@ -21,6 +22,7 @@ pub mod image;
 pub mod math;
 pub mod rows;
 pub mod sampling;
+pub mod tonemap;
 
 pub use backend::{Backend, BackendError, Ticket, TicketStatus};
 pub use batch::SceneBatch;
