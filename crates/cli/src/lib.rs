@@ -1,13 +1,21 @@
 //! The `orthant` command as a library, so that tests and benchmarks call what the program runs.
 //!
+//! * [`args`]: the command line; [`commands`]: one file per command; [`run()`]: from arguments to an exit code;
 //! * [`failure`]: exit codes and the one-line error;
 //! * [`output`]: files that are whole or absent;
 //! * [`generate`]: scenes that the program makes itself;
-//! * [`image_io`]: PNG, OpenEXR and Radiance HDR.
-//! * [`metrics`]: how far two pictures are apart.
+//! * [`image_io`]: PNG, OpenEXR and Radiance HDR;
+//! * [`metrics`]: how far two pictures are apart;
+//! * [`machine`]: memory and threads.
 
+pub mod args;
+pub mod commands;
 pub mod failure;
 pub mod generate;
 pub mod image_io;
+pub mod machine;
 pub mod metrics;
 pub mod output;
+mod run;
+
+pub use run::run;

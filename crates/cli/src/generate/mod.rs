@@ -89,3 +89,16 @@ pub const SCENES: [Generator; 7] = [
 pub fn find(name: &str) -> Option<&'static Generator> {
     SCENES.iter().find(|s| s.name == name)
 }
+
+/// What `orthant generate --help` says after the options.
+pub fn help() -> String {
+    let mut text = String::from("Scenes:\n");
+    for scene in &SCENES {
+        let size = scene.size.map_or(String::new(), |s| format!(" (--{} N, default {})", s.option, s.default));
+        text.push_str(&format!("  {:<15} {}{size}\n", scene.name, scene.about));
+    }
+    text.push_str(
+        "\nExamples:\n  orthant generate cornell -o cornell.glb\n  orthant generate forest --trees 1000 -o forest.gltf",
+    );
+    text
+}

@@ -1,0 +1,184 @@
+//! The command line: commands, options, their values, and help with examples.
+
+mod render;
+pub mod values;
+
+pub use render::{AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg};
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+use values::{ByteSize, Threshold};
+
+/// The program.
+#[derive(Parser, Debug)]
+#[command(name = "orthant", version, about = "Open, render, compare and generate scenes", max_term_width = 100)]
+#[command(arg_required_else_help = true, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do
+    #[command(subcommand)]
+    pub command: Command,
+    /// Options of every command
+    #[command(flatten)]
+    pub common: Common,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 internal fault; 2 wrong usage; 3 bad input; 4 the device or a required feature is missing; \
+5 a check that was asked for failed.
+
+Examples:
+  orthant generate cornell -o cornell.glb
+  orthant render cornell.glb -o cornell.png --size 720x720 --spp 256
+  orthant info cornell.glb --json";
+
+/// Options of every command.
+#[derive(Args, Clone, Debug)]
+pub struct Common {
+    /// No progress bars and no warnings on stderr
+    #[arg(long, global = true)]
+    pub quiet: bool,
+    /// Most memory that an input may make the program take: bytes, or with KiB, MiB, GiB, TiB [default: half of the
+    /// machine's]
+    #[arg(long, global = true, value_name = "BYTES")]
+    pub max_memory: Option<ByteSize>,
+}
+
+impl Common {
+    /// The bound on memory, in bytes.
+    pub fn max_memory(&self) -> u64 {
+        self.max_memory.map_or_else(|| crate::machine::memory() / 2, |b| b.0)
+    }
+}
+
+/// The commands.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Count what a scene file holds
+    Info(InfoArgs),
+    /// Render a scene to an image
+    Render(Box<RenderArgs>),
+    /// Put shares of a rendering together
+    Merge(MergeArgs),
+    /// Measure how far two images are apart
+    Compare(CompareArgs),
+    /// Write a scene that the program makes itself
+    Generate(GenerateArgs),
+    /// List what can render
+    Devices(DevicesArgs),
+}
+
+/// `orthant info`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  orthant info helmet.glb
+  orthant info helmet.glb --json
+  orthant info helmet.glb --json --mesh-descs")]
+pub struct InfoArgs {
+    /// The scene: .gltf or .glb
+    pub file: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// Also list every distinct piece of geometry with its ranges in the global buffers
+    #[arg(long)]
+    pub mesh_descs: bool,
+    /// Let the scene refer to files outside its own folder tree
+    #[arg(long)]
+    pub allow_external_files: bool,
+}
+
+/// `orthant merge`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  orthant render city.glb -o left.share  --tile 0,0,640,720
+  orthant render city.glb -o right.share --tile 640,0,640,720
+  orthant merge right.share left.share -o city.png")]
+pub struct MergeArgs {
+    /// The shares, in any order; together they cover the image exactly once
+    #[arg(required = true, value_name = "SHARE")]
+    pub shares: Vec<PathBuf>,
+    /// The image: .png, .exr or .hdr
+    #[arg(short, long, value_name = "IMAGE")]
+    pub output: PathBuf,
+}
+
+/// `orthant compare`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Metrics: rmse, rel_mse ((a - b)^2 / (b^2 + 0.01)), max (largest difference of a channel), flip (mean FLIP error, 0..1). \
+Two PNG files are compared by their encoded values in 0..1 and by LDR-FLIP; with an .exr or .hdr file both are compared \
+as linear values and by HDR-FLIP.
+
+Examples:
+  orthant compare new.png reference.png
+  orthant compare new.exr reference.exr --json
+  orthant compare new.png reference.png --fail-above flip=0.02 --fail-above max=0.5")]
+pub struct CompareArgs {
+    /// The image to judge: .png, .exr or .hdr
+    pub a: PathBuf,
+    /// The reference, of the same size
+    pub b: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// End with exit code 5 if the metric (rmse, rel_mse, max, flip) exceeds the value; may be given several times
+    #[arg(long, value_name = "METRIC=VALUE")]
+    pub fail_above: Vec<Threshold>,
+}
+
+/// `orthant generate`
+#[derive(Args, Debug)]
+#[command(after_help = crate::generate::help())]
+pub struct GenerateArgs {
+    /// Which scene
+    #[arg(value_parser = clap::builder::PossibleValuesParser::new(crate::generate::SCENES.map(|s| s.name)))]
+    pub name: String,
+    /// The scene file: .glb, or .gltf with a .bin beside it
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// forest: number of trees
+    #[arg(long, value_name = "N")]
+    pub trees: Option<u32>,
+    /// city: number of nodes
+    #[arg(long, value_name = "N")]
+    pub nodes: Option<u32>,
+    /// chain: number of nodes below one another
+    #[arg(long, value_name = "N")]
+    pub depth: Option<u32>,
+    /// instances, animated-crowd: number of instances or figures
+    #[arg(long, value_name = "N")]
+    pub count: Option<u32>,
+    /// Seed of what is random in the scene
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+}
+
+/// `orthant devices`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  orthant devices
+  orthant devices --json")]
+pub struct DevicesArgs {
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent_and_every_command_has_examples() {
+        let command = Cli::command();
+        command.clone().debug_assert();
+        for sub in command.get_subcommands() {
+            let help = sub.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(help.contains(&format!("orthant {} ", sub.get_name())), "{}", sub.get_name());
+        }
+    }
+}
