@@ -12,17 +12,23 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("orthant-render", &["orthant-resident", "orthant-bvh", "orthant-scene", "orthant-world"]),
     ("orthant-cpu", &["orthant-resident", "orthant-bvh"]),
     ("orthant-vulkan", &["orthant-resident"]),
-    ("orthant-viewer", &["orthant-render", "orthant-resident", "orthant-scene", "orthant-world", "orthant-cpu", "orthant-vulkan"]),
-    ("orthant", &[
-        "orthant-bvh",
-        "orthant-scene",
-        "orthant-world",
-        "orthant-resident",
-        "orthant-render",
-        "orthant-cpu",
-        "orthant-vulkan",
+    (
         "orthant-viewer",
-    ]),
+        &["orthant-render", "orthant-resident", "orthant-scene", "orthant-world", "orthant-cpu", "orthant-vulkan"],
+    ),
+    (
+        "orthant",
+        &[
+            "orthant-bvh",
+            "orthant-scene",
+            "orthant-world",
+            "orthant-resident",
+            "orthant-render",
+            "orthant-cpu",
+            "orthant-vulkan",
+            "orthant-viewer",
+        ],
+    ),
     ("xtask", &[]),
 ];
 
@@ -38,7 +44,9 @@ pub fn check() -> Vec<String> {
     for package in metadata["packages"].as_array().expect("metadata lists packages") {
         let name = package["name"].as_str().unwrap_or_default();
         let Some((_, allowed)) = ALLOWED.iter().find(|(n, _)| *n == name) else {
-            problems.push(format!("crate {name} has no place in the architecture: add it to xtask/src/arrows.rs and docs/ARCHITECTURE.md"));
+            problems.push(format!(
+                "crate {name} has no place in the architecture: add it to xtask/src/arrows.rs and docs/ARCHITECTURE.md"
+            ));
             continue;
         };
         for dependency in package["dependencies"].as_array().into_iter().flatten() {

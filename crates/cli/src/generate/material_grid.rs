@@ -131,8 +131,7 @@ fn textured(doc: &mut Document) -> Vec<Index> {
         "baseColorTexture": { "index": inlay_colour },
         "metallicRoughnessTexture": { "index": metal_rough },
     });
-    let turned =
-        json!({ "KHR_texture_transform": { "rotation": 0.785_398_2, "scale": [2.0, 1.0], "offset": [0.1, 0.0] } });
+    let turned = json!({ "KHR_texture_transform": { "rotation": std::f32::consts::FRAC_PI_4, "scale": [2.0, 1.0], "offset": [0.1, 0.0] } });
     let pbr = |base: [f32; 3], metallic: f32, roughness: f32| {
         let [r, g, b] = base;
         json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": metallic, "roughnessFactor": roughness })

@@ -31,7 +31,7 @@ impl Random {
 
     /// Uniform in 0..count; `count` is not 0.
     pub fn below(&mut self, count: usize) -> usize {
-        ((self.bits() >> 32) * count as u64 >> 32) as usize
+        (((self.bits() >> 32) * count as u64) >> 32) as usize
     }
 }
 

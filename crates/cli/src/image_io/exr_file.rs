@@ -127,7 +127,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("a.exr");
         let channel = |name, value| Channel { name, values: vec![value; 6] };
-        let cases: [(&[(&str, f32)], [f32; 3]); 5] = [
+        type Case<'a> = (&'a [(&'a str, f32)], [f32; 3]);
+        let cases: [Case; 5] = [
             (&[("beauty.R", 1.0), ("beauty.G", 2.0), ("beauty.B", 3.0), ("Z", 9.0)], [1.0, 2.0, 3.0]),
             (&[("A", 0.5), ("b", 3.0), ("g", 2.0), ("r", 1.0)], [1.0, 2.0, 3.0]),
             (&[("Y", 4.0), ("A", 1.0)], [4.0; 3]),
