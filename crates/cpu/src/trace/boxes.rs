@@ -65,19 +65,34 @@ impl BoxRay {
         }
         (enter, leave)
     }
+}
 
-    /// Tests the eight boxes of a node: bit i is set when the ray meets slot i at a parameter in `t_min..=t_max`; the
+/// An instruction set for the test of eight boxes. All give the same bits.
+pub(super) trait BoxTest {
+    /// Tests the boxes of a node: bit i is set when the ray meets slot i at a parameter in `t_min..=t_max`; the
     /// parameters at which it enters, `t_min` or more, go to `enter`.
+    fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32;
+}
+
+/// A value for each child.
+#[repr(C, align(32))]
+pub(super) struct Lanes(pub [f32; WIDTH]);
+
+/// Any machine.
+pub(super) struct Portable;
+
+impl BoxTest for Portable {
     #[inline(always)]
-    pub fn test(&self, node: &WideNode, t_max: f32, enter: &mut [f32; WIDTH]) -> u32 {
+    fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
+        let enter = &mut enter.0;
         let mut leave = [t_max; WIDTH];
-        *enter = [self.t_min; WIDTH];
+        *enter = [ray.t_min; WIDTH];
         for k in 0..3 {
-            let near = &node.planes[self.near_plane[k]];
-            let far = &node.planes[self.near_plane[k] ^ 1];
+            let near = &node.planes[ray.near_plane[k]];
+            let far = &node.planes[ray.near_plane[k] ^ 1];
             for i in 0..WIDTH {
-                enter[i] = max((near[i] - self.near_origin[k]) * self.near_inverse[k], enter[i]);
-                leave[i] = min((far[i] - self.far_origin[k]) * self.far_inverse[k], leave[i]);
+                enter[i] = max((near[i] - ray.near_origin[k]) * ray.near_inverse[k], enter[i]);
+                leave[i] = min((far[i] - ray.far_origin[k]) * ray.far_inverse[k], leave[i]);
             }
         }
         let mut mask = 0;
@@ -85,5 +100,53 @@ impl BoxRay {
             mask |= u32::from(enter[i] <= leave[i]) << i;
         }
         mask
+    }
+}
+
+/// x86-64 machines with AVX2.
+#[cfg(target_arch = "x86_64")]
+pub(super) use avx2::Avx2;
+
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code, reason = "vector instructions, which the walk enters only where they exist")]
+mod avx2 {
+    use super::{BoxRay, BoxTest, Lanes};
+    use crate::accel::wide::WideNode;
+    use std::arch::x86_64::*;
+
+    /// Proof that the machine has AVX2: [`Avx2::detect`] alone makes one.
+    #[derive(Clone, Copy)]
+    pub struct Avx2(());
+
+    impl Avx2 {
+        /// Looks whether the machine has AVX2 (the answer is cached by the standard library).
+        #[inline]
+        pub fn detect() -> Option<Self> {
+            std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
+        }
+    }
+
+    impl BoxTest for Avx2 {
+        #[inline(always)]
+        fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
+            // SAFETY: walks are instantiated with `Avx2` inside functions compiled for AVX2 only, which are entered only
+            // with the proof that `Avx2::detect` gives. Plane indices are below 6 by the construction of `BoxRay`, and a
+            // node's planes are aligned to 32 bytes, as are the lanes.
+            unsafe {
+                let planes = node.planes.as_ptr();
+                let mut nearest = _mm256_set1_ps(ray.t_min);
+                let mut leave = _mm256_set1_ps(t_max);
+                for k in 0..3 {
+                    let near = _mm256_load_ps(planes.add(ray.near_plane[k]).cast());
+                    let far = _mm256_load_ps(planes.add(ray.near_plane[k] ^ 1).cast());
+                    let near = _mm256_sub_ps(near, _mm256_set1_ps(ray.near_origin[k]));
+                    let far = _mm256_sub_ps(far, _mm256_set1_ps(ray.far_origin[k]));
+                    nearest = _mm256_max_ps(_mm256_mul_ps(near, _mm256_set1_ps(ray.near_inverse[k])), nearest);
+                    leave = _mm256_min_ps(_mm256_mul_ps(far, _mm256_set1_ps(ray.far_inverse[k])), leave);
+                }
+                _mm256_store_ps(enter.0.as_mut_ptr(), nearest);
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(nearest, leave)) as u32
+            }
+        }
     }
 }

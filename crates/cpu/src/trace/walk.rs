@@ -1,6 +1,8 @@
 //! The walk through the two levels of trees.
 
-use super::boxes::BoxRay;
+#[cfg(target_arch = "x86_64")]
+use super::boxes::Avx2;
+use super::boxes::{BoxRay, BoxTest, Lanes, Portable};
 use super::object_ray::ObjectRay;
 use super::triangle::intersect;
 use super::{Hit, Ray};
@@ -25,7 +27,39 @@ pub(crate) fn any_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit)
 /// parameters (those are never negative).
 type Entry = u64;
 
-fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, mut accept: A) -> Option<Hit> {
+#[inline]
+fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(proof) = Avx2::detect() {
+        return walk_avx2::<A, ANY>(proof, scene, ray, accept);
+    }
+    walk_with::<Portable, A, ANY>(scene, ray, accept)
+}
+
+/// The walk compiled for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code, reason = "a function compiled for more than the machine is known to have")]
+#[inline]
+fn walk_avx2<A: FnMut(&Hit) -> bool, const ANY: bool>(
+    _proof: Avx2,
+    scene: &ResidentScene,
+    ray: &Ray,
+    accept: A,
+) -> Option<Hit> {
+    #[target_feature(enable = "avx2")]
+    fn compiled<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
+        walk_with::<Avx2, A, ANY>(scene, ray, accept)
+    }
+    // SAFETY: the proof says that the machine has AVX2.
+    unsafe { compiled::<A, ANY>(scene, ray, accept) }
+}
+
+#[inline(always)]
+fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
+    scene: &ResidentScene,
+    ray: &Ray,
+    mut accept: A,
+) -> Option<Hit> {
     let mut best = Hit { t: ray.t_max, render_node: 0, triangle: 0, b1: 0.0, b2: 0.0, back_face: false };
     let mut found = false;
     let t_min = if ray.t_min > 0.0 { ray.t_min } else { 0.0 };
@@ -34,13 +68,13 @@ fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ra
     }
     let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
     let boxes = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
-    walk_tree::<ANY>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
+    walk_tree::<S, ANY>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
         let node = items[0];
         let row = &scene.render_nodes[node as usize];
         let Some(Some(blas)) = scene.blas.get(row.primitive as usize) else { return false };
         let desc = &scene.mesh_descs[row.primitive as usize];
         let instance = Instance { scene, node, row, blas, desc, t_enter, t_min };
-        instance.walk::<A, ANY>(ray, best, &mut found, &mut accept)
+        instance.walk::<S, A, ANY>(ray, best, &mut found, &mut accept)
     });
     found.then_some(best)
 }
@@ -48,7 +82,7 @@ fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ra
 /// Visits the leaves that the ray meets at `best.t` or before, roughly from near to far, until `visit` says to stop.
 /// Returns whether it did.
 #[inline(always)]
-fn walk_tree<const ANY: bool>(
+fn walk_tree<S: BoxTest, const ANY: bool>(
     tree: &WideTree,
     ray: &BoxRay,
     best: &mut Hit,
@@ -59,7 +93,7 @@ fn walk_tree<const ANY: bool>(
     }
     let mut stack = [0 as Entry; MAX_STACK];
     let mut len = 1;
-    let mut enter = [0.0; WIDTH];
+    let mut enter = Lanes([0.0; WIDTH]);
     while len > 0 {
         len -= 1;
         let entry = stack[len];
@@ -67,13 +101,14 @@ fn walk_tree<const ANY: bool>(
             continue;
         }
         let node = &tree.nodes[entry as u32 as usize];
-        let mask = ray.test(node, best.t, &mut enter);
+        let mask = S::test(ray, node, best.t, &mut enter);
         let mut leaves = mask & !u32::from(node.inner);
         while leaves != 0 {
             let slot = leaves.trailing_zeros() as usize;
             leaves &= leaves - 1;
             let first = node.child[slot] as usize;
-            if enter[slot] <= best.t && visit(&tree.items[first..first + node.count[slot] as usize], enter[slot], best)
+            if enter.0[slot] <= best.t
+                && visit(&tree.items[first..first + node.count[slot] as usize], enter.0[slot], best)
             {
                 return true;
             }
@@ -83,7 +118,7 @@ fn walk_tree<const ANY: bool>(
         while inner != 0 {
             let slot = inner.trailing_zeros() as usize;
             inner &= inner - 1;
-            let entry = Entry::from(enter[slot].to_bits()) << 32 | Entry::from(node.child[slot]);
+            let entry = Entry::from(enter.0[slot].to_bits()) << 32 | Entry::from(node.child[slot]);
             let mut at = len;
             while at > bottom && stack[at - 1] < entry {
                 stack[at] = stack[at - 1];
@@ -110,7 +145,7 @@ struct Instance<'a> {
 
 impl Instance<'_> {
     #[inline(always)]
-    fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(
+    fn walk<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
         &self,
         ray: &Ray,
         best: &mut Hit,
@@ -123,7 +158,7 @@ impl Instance<'_> {
         let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
         let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
         let (positions, indices) = (&self.scene.positions, &self.scene.indices);
-        walk_tree::<ANY>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
+        walk_tree::<S, ANY>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
             for &triangle in triangles {
                 let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
                 let Some(hit) = intersect(&local, &corners, cull) else { continue };
