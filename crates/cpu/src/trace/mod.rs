@@ -7,6 +7,7 @@
 
 mod boxes;
 mod object_ray;
+mod stack;
 pub(crate) mod triangle;
 mod walk;
 

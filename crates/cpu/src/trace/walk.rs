@@ -4,10 +4,11 @@
 use super::boxes::Avx2;
 use super::boxes::{BoxRay, BoxTest, Lanes, Portable};
 use super::object_ray::ObjectRay;
+use super::stack::{Entry, Stack};
 use super::triangle::intersect;
 use super::{Hit, Ray};
 use crate::accel::bounds::ORIGIN_SLACK;
-use crate::accel::wide::{MAX_STACK, WIDTH, WideTree};
+use crate::accel::wide::{WIDTH, WideTree};
 use crate::accel::{Blas, blas};
 use crate::scene::ResidentScene;
 use glam::Vec3;
@@ -22,10 +23,6 @@ pub(crate) fn closest_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&
 pub(crate) fn any_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
     walk::<_, true>(scene, ray, accept).is_some()
 }
-
-/// What is to be visited: the entry parameter's bits over the node index, so that comparing entries compares
-/// parameters (those are never negative).
-type Entry = u64;
 
 #[inline]
 fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
@@ -68,7 +65,7 @@ fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
     }
     let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
     let boxes = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
-    walk_tree::<S, ANY>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
+    walk_tree::<S, true>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
         let node = items[0];
         let row = &scene.render_nodes[node as usize];
         let Some(Some(blas)) = scene.blas.get(row.primitive as usize) else { return false };
@@ -79,10 +76,15 @@ fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
     found.then_some(best)
 }
 
-/// Visits the leaves that the ray meets at `best.t` or before, roughly from near to far, until `visit` says to stop.
-/// Returns whether it did.
+/// In a stack entry: a leaf, by its first item. (Node and item numbers stay below it: their arrays could not be made.)
+const LEAF: u32 = 1 << 31;
+
+/// Visits the leaves that the ray meets at `best.t` or before until `visit` says to stop. Returns whether it did.
+///
+/// Inner nodes are visited from near to far as far as their siblings go. With `SORTED`, so are leaves, which then hold
+/// one item each: worth it where a leaf is an instance. Else leaves come before their inner siblings.
 #[inline(always)]
-fn walk_tree<S: BoxTest, const ANY: bool>(
+fn walk_tree<S: BoxTest, const SORTED: bool>(
     tree: &WideTree,
     ray: &BoxRay,
     best: &mut Hit,
@@ -91,44 +93,60 @@ fn walk_tree<S: BoxTest, const ANY: bool>(
     if tree.nodes.is_empty() {
         return false;
     }
-    let mut stack = [0 as Entry; MAX_STACK];
-    let mut len = 1;
+    let mut stack = Stack::new();
     let mut enter = Lanes([0.0; WIDTH]);
-    while len > 0 {
-        len -= 1;
-        let entry = stack[len];
-        if f32::from_bits((entry >> 32) as u32) > best.t {
-            continue;
-        }
-        let node = &tree.nodes[entry as u32 as usize];
-        let mask = S::test(ray, node, best.t, &mut enter);
-        let mut leaves = mask & !u32::from(node.inner);
-        while leaves != 0 {
-            let slot = leaves.trailing_zeros() as usize;
-            leaves &= leaves - 1;
-            let first = node.child[slot] as usize;
-            if enter.0[slot] <= best.t
-                && visit(&tree.items[first..first + node.count[slot] as usize], enter.0[slot], best)
-            {
+    let mut current = Entry::new(0.0, 0);
+    loop {
+        if SORTED && current.reference() & LEAF != 0 {
+            let first = (current.reference() & !LEAF) as usize;
+            if visit(&tree.items[first..first + 1], current.t(), best) {
                 return true;
             }
-        }
-        let mut inner = mask & u32::from(node.inner);
-        let bottom = len;
-        while inner != 0 {
-            let slot = inner.trailing_zeros() as usize;
-            inner &= inner - 1;
-            let entry = Entry::from(enter.0[slot].to_bits()) << 32 | Entry::from(node.child[slot]);
-            let mut at = len;
-            while at > bottom && stack[at - 1] < entry {
-                stack[at] = stack[at - 1];
-                at -= 1;
+        } else {
+            let node = &tree.nodes[current.reference() as usize];
+            let mut mask = S::test(ray, node, best.t, &mut enter);
+            if !SORTED {
+                let mut leaves = mask & !u32::from(node.inner);
+                mask &= u32::from(node.inner);
+                while leaves != 0 {
+                    let slot = leaves.trailing_zeros() as usize;
+                    leaves &= leaves - 1;
+                    let first = node.child[slot] as usize;
+                    if enter.0[slot] <= best.t
+                        && visit(&tree.items[first..first + node.count[slot] as usize], enter.0[slot], best)
+                    {
+                        return true;
+                    }
+                }
             }
-            stack[at] = entry;
-            len += 1;
+            let entry = |slot: usize| {
+                let leaf = if SORTED && node.inner & (1 << slot) == 0 { LEAF } else { 0 };
+                Entry::new(enter.0[slot], node.child[slot] | leaf)
+            };
+            if mask != 0 {
+                let first = mask.trailing_zeros() as usize;
+                mask &= mask - 1;
+                if mask == 0 {
+                    current = entry(first);
+                    continue;
+                }
+                let bottom = stack.len();
+                stack.push(entry(first));
+                while mask != 0 {
+                    let slot = mask.trailing_zeros() as usize;
+                    mask &= mask - 1;
+                    stack.insert(bottom, entry(slot));
+                }
+            }
+        }
+        loop {
+            let Some(entry) = stack.pop() else { return false };
+            if entry.t() <= best.t {
+                current = entry;
+                break;
+            }
         }
     }
-    false
 }
 
 /// One instance that a ray may hit.
@@ -158,7 +176,7 @@ impl Instance<'_> {
         let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
         let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
         let (positions, indices) = (&self.scene.positions, &self.scene.indices);
-        walk_tree::<S, ANY>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
+        walk_tree::<S, false>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
             for &triangle in triangles {
                 let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
                 let Some(hit) = intersect(&local, &corners, cull) else { continue };
