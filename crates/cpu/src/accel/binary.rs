@@ -81,10 +81,11 @@ const COLLAPSE_COST: f32 = 1.0;
 /// their proportions only; the tree's own boxes are made from the exact ones.
 fn normalise(boxes: &[Bounds]) -> Vec<Aabb> {
     let whole = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
-    let extent = (0..3).map(|k| f64::from(whole.upper[k]) - f64::from(whole.lower[k])).fold(0.0, f64::max);
+    let finite = |x: f32| f64::from(x.clamp(f32::MIN, f32::MAX));
+    let extent = (0..3).map(|k| finite(whole.upper[k]) - finite(whole.lower[k])).fold(0.0, f64::max);
     let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
     let map = |p: &[f32; 3]| {
-        let q: [f32; 3] = std::array::from_fn(|k| ((f64::from(p[k]) - f64::from(whole.lower[k])) * scale) as f32);
+        let q: [f32; 3] = std::array::from_fn(|k| ((finite(p[k]) - finite(whole.lower[k])) * scale) as f32);
         Vec3A::from_array(q)
     };
     boxes.iter().map(|b| Aabb::new(map(&b.lower), map(&b.upper))).collect()

@@ -1,5 +1,5 @@
 use super::bounds::Bounds;
-use super::wide::WideTree;
+use super::wide::{WIDTH, WideTree};
 use crate::trace::triangle::is_traceable;
 use orthant_resident::rows::MeshDesc;
 
@@ -23,10 +23,10 @@ impl Blas {
         let mut boxes = Vec::new();
         for triangle in 0..desc.triangle_count() {
             if let Some(corners) = corners(positions, indices, desc, triangle)
-                && is_traceable(&corners)
+                && is_traceable(corners)
             {
                 triangles.push(triangle);
-                boxes.push(Bounds::of_points(&corners));
+                boxes.push(Bounds::of_points(&corners.map(|p| *p)));
             }
         }
         let mut tree = WideTree::build(&boxes, MAX_LEAF);
@@ -42,6 +42,11 @@ impl Blas {
         self.bounds
     }
 
+    /// Boxes that hold all that rays can hit, together tighter than [`Blas::bounds`].
+    pub(crate) fn parts(&self) -> [Bounds; WIDTH] {
+        self.tree.nodes.first().map_or([Bounds::EMPTY; WIDTH], |root| std::array::from_fn(|slot| root.bounds(slot)))
+    }
+
     /// Bytes in memory.
     pub fn bytes(&self) -> u64 {
         self.tree.bytes()
@@ -50,17 +55,17 @@ impl Blas {
 
 /// The corners of a triangle, or `None` where an index leads outside its MeshDesc or a stream.
 #[inline(always)]
-pub(crate) fn corners(
-    positions: &[[f32; 3]],
+pub(crate) fn corners<'a>(
+    positions: &'a [[f32; 3]],
     indices: &[u32],
     desc: &MeshDesc,
     triangle: u32,
-) -> Option<[[f32; 3]; 3]> {
+) -> Option<[&'a [f32; 3]; 3]> {
     let first = desc.first_index as usize + 3 * triangle as usize;
     let &[a, b, c] = indices.get(first..first + 3)? else { return None };
     if a.max(b).max(c) >= desc.vertex_count {
         return None;
     }
-    let at = |i: u32| positions.get(desc.first_vertex as usize + i as usize).copied();
+    let at = |i: u32| positions.get(desc.first_vertex as usize + i as usize);
     Some([at(a)?, at(b)?, at(c)?])
 }

@@ -57,31 +57,29 @@ pub(crate) const ORIGIN_SLACK: f32 = (2.0 * gamma(8) * MAX_SPREAD) as f32;
 /// most 3. An instance above it pays with a larger box.
 const MAX_SPREAD: f64 = 8.0;
 
-/// The world-space box of an instance whose geometry has the object-space box `object`, or the empty box when the row
-/// has no finite one.
+/// The world-space box of an instance whose geometry lies in the object-space boxes `parts`, or the empty box when a
+/// matrix is not made of numbers. Sides beyond the range of `f32` are infinite. More and smaller parts give a tighter box.
 ///
-/// It is larger than the image of the box by what `f32` can do to a ray on its way to object space. With the map `A x + a`
-/// and its inverse `R`, the object-space ray that is traced is that of a world-space ray which is off by at most
+/// It is larger than the image of the boxes by what `f32` can do to a ray on its way to object space. With the map
+/// `A x + a` and its inverse `R`, the object-space ray that is traced is that of a world-space ray which is off by at most
 /// `gamma(8) |A| |R| (2 |o| + |x| + |a|)` at the world point `x`, for a ray from `o` (rounding of `R`, of the transformed
 /// origin and of the transformed direction). The part of `x` and `a` is added here, the part of `o` when a ray is traced.
-/// So every hit that the traced ray has inside `object` lies inside the box for the world-space ray.
-pub(crate) fn world_bounds(object: &Bounds, row: &RenderNodeRow) -> Bounds {
-    if object.is_empty() {
-        return Bounds::EMPTY;
-    }
+/// So every hit that the traced ray has inside a part lies inside the box for the world-space ray.
+pub(crate) fn world_bounds(parts: &[Bounds], row: &RenderNodeRow) -> Bounds {
     let (m, r) = (matrix(&row.world), matrix(&row.inverse));
-    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(object.lower[k]) + f64::from(object.upper[k])));
-    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(object.upper[k]) - f64::from(object.lower[k])));
-    let mut lower = [0.0; 3];
-    let mut upper = [0.0; 3];
-    let mut reach = [0.0; 3];
-    for i in 0..3 {
-        let middle: f64 = (0..3).map(|k| m[i][k] * center[k]).sum::<f64>() + m[i][3];
-        let extent: f64 = (0..3).map(|k| m[i][k].abs() * half[k]).sum();
-        lower[i] = middle - extent;
-        upper[i] = middle + extent;
-        reach[i] = lower[i].abs().max(upper[i].abs()) + m[i][3].abs();
+    let mut lower = [f64::INFINITY; 3];
+    let mut upper = [f64::NEG_INFINITY; 3];
+    for part in parts.iter().filter(|part| !part.is_empty()) {
+        let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(part.lower[k]) + f64::from(part.upper[k])));
+        let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(part.upper[k]) - f64::from(part.lower[k])));
+        for i in 0..3 {
+            let middle = m[i][0] * center[0] + m[i][1] * center[1] + m[i][2] * center[2] + m[i][3];
+            let extent = m[i][0].abs() * half[0] + m[i][1].abs() * half[1] + m[i][2].abs() * half[2];
+            lower[i] = lower[i].min(middle - extent);
+            upper[i] = upper[i].max(middle + extent);
+        }
     }
+    let reach: [f64; 3] = std::array::from_fn(|i| lower[i].abs().max(upper[i].abs()) + m[i][3].abs());
     let mut bounds = Bounds::EMPTY;
     for i in 0..3 {
         let row_of_spread: [f64; 3] = std::array::from_fn(|j| (0..3).map(|k| m[i][k].abs() * r[k][j].abs()).sum());
@@ -93,7 +91,7 @@ pub(crate) fn world_bounds(object: &Bounds, row: &RenderNodeRow) -> Bounds {
             + gamma(4) * reach[i];
         bounds.lower[i] = round_down(lower[i] - slack);
         bounds.upper[i] = round_up(upper[i] + slack);
-        if !(bounds.lower[i].is_finite() && bounds.upper[i].is_finite()) {
+        if bounds.lower[i].is_nan() || bounds.upper[i].is_nan() {
             return Bounds::EMPTY;
         }
     }

@@ -58,7 +58,7 @@ impl Tlas {
 fn instance_bounds(row: &RenderNodeRow, blas: &[Option<Blas>]) -> Bounds {
     const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
     match blas.get(row.primitive as usize) {
-        Some(Some(blas)) if row.flags & SEEN == SEEN => world_bounds(&blas.bounds(), row),
+        Some(Some(blas)) if row.flags & SEEN == SEEN => world_bounds(&blas.parts(), row),
         _ => Bounds::EMPTY,
     }
 }

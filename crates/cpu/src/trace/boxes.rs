@@ -53,7 +53,7 @@ impl BoxRay {
 
     /// Parameters at which the ray enters and leaves the box of three points.
     #[inline(always)]
-    pub fn interval(&self, corners: &[[f32; 3]; 3]) -> (f32, f32) {
+    pub fn interval(&self, corners: [&[f32; 3]; 3]) -> (f32, f32) {
         let mut enter = f32::NEG_INFINITY;
         let mut leave = f32::INFINITY;
         for k in 0..3 {
@@ -68,10 +68,10 @@ impl BoxRay {
 }
 
 /// An instruction set for the test of eight boxes. All give the same bits.
-pub(super) trait BoxTest {
+pub(super) trait BoxTest: Copy {
     /// Tests the boxes of a node: bit i is set when the ray meets slot i at a parameter in `t_min..=t_max`; the
     /// parameters at which it enters, `t_min` or more, go to `enter`.
-    fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32;
+    fn test(self, ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32;
 }
 
 /// A value for each child.
@@ -79,11 +79,12 @@ pub(super) trait BoxTest {
 pub(super) struct Lanes(pub [f32; WIDTH]);
 
 /// Any machine.
+#[derive(Clone, Copy)]
 pub(super) struct Portable;
 
 impl BoxTest for Portable {
     #[inline(always)]
-    fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
+    fn test(self, ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
         let enter = &mut enter.0;
         let mut leave = [t_max; WIDTH];
         *enter = [ray.t_min; WIDTH];
@@ -128,10 +129,9 @@ mod avx2 {
 
     impl BoxTest for Avx2 {
         #[inline(always)]
-        fn test(ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
-            // SAFETY: walks are instantiated with `Avx2` inside functions compiled for AVX2 only, which are entered only
-            // with the proof that `Avx2::detect` gives. Plane indices are below 6 by the construction of `BoxRay`, and a
-            // node's planes are aligned to 32 bytes, as are the lanes.
+        fn test(self, ray: &BoxRay, node: &WideNode, t_max: f32, enter: &mut Lanes) -> u32 {
+            // SAFETY: `self` proves that the machine has AVX2. Plane indices are below 6 by the construction of `BoxRay`,
+            // and a node's planes are aligned to 32 bytes, as are the lanes.
             unsafe {
                 let planes = node.planes.as_ptr();
                 let mut nearest = _mm256_set1_ps(ray.t_min);

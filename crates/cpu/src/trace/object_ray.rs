@@ -6,6 +6,7 @@ use crate::accel::Bounds;
 /// See the module.
 pub(super) struct ObjectRay {
     pub origin: [f32; 3],
+    pub direction: [f32; 3],
     /// The axis along which the direction is longest, last; the other two so that the three are a rotation or, for a
     /// negative longest component, a reflection of one (which keeps the winding of triangles as the ray sees it).
     pub axes: [usize; 3],
@@ -47,6 +48,6 @@ impl ObjectRay {
         slack[x] = SHEAR_ERROR * (reach[x] + reach[z]);
         slack[y] = SHEAR_ERROR * (reach[y] + reach[z]);
         let boxes = BoxRay::new(origin, direction, slack, t_min);
-        Some(Self { origin, axes: [x, y, z], shear, boxes })
+        Some(Self { origin, direction, axes: [x, y, z], shear, boxes })
     }
 }

@@ -30,7 +30,7 @@ fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ra
     if let Some(proof) = Avx2::detect() {
         return walk_avx2::<A, ANY>(proof, scene, ray, accept);
     }
-    walk_with::<Portable, A, ANY>(scene, ray, accept)
+    walk_with::<_, A, ANY>(Portable, scene, ray, accept)
 }
 
 /// The walk compiled for AVX2.
@@ -38,21 +38,27 @@ fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ra
 #[allow(unsafe_code, reason = "a function compiled for more than the machine is known to have")]
 #[inline]
 fn walk_avx2<A: FnMut(&Hit) -> bool, const ANY: bool>(
-    _proof: Avx2,
+    proof: Avx2,
     scene: &ResidentScene,
     ray: &Ray,
     accept: A,
 ) -> Option<Hit> {
     #[target_feature(enable = "avx2")]
-    fn compiled<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
-        walk_with::<Avx2, A, ANY>(scene, ray, accept)
+    fn compiled<A: FnMut(&Hit) -> bool, const ANY: bool>(
+        proof: Avx2,
+        scene: &ResidentScene,
+        ray: &Ray,
+        accept: A,
+    ) -> Option<Hit> {
+        walk_with::<_, A, ANY>(proof, scene, ray, accept)
     }
     // SAFETY: the proof says that the machine has AVX2.
-    unsafe { compiled::<A, ANY>(scene, ray, accept) }
+    unsafe { compiled::<A, ANY>(proof, scene, ray, accept) }
 }
 
 #[inline(always)]
 fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
+    boxes: S,
     scene: &ResidentScene,
     ray: &Ray,
     mut accept: A,
@@ -64,14 +70,16 @@ fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
         return None;
     }
     let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
-    let boxes = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
-    walk_tree::<S, true>(&scene.tlas.tree, &boxes, &mut best, |items, t_enter, best| {
+    let world = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
+    walk_tree::<S, true>(boxes, &scene.tlas.tree, &world, &mut best, |items, t_enter, best| {
         let node = items[0];
-        let row = &scene.render_nodes[node as usize];
-        let Some(Some(blas)) = scene.blas.get(row.primitive as usize) else { return false };
-        let desc = &scene.mesh_descs[row.primitive as usize];
+        let Some(row) = scene.render_nodes.get(node as usize) else { return false };
+        let primitive = row.primitive as usize;
+        let (Some(Some(blas)), Some(desc)) = (scene.blas.get(primitive), scene.mesh_descs.get(primitive)) else {
+            return false;
+        };
         let instance = Instance { scene, node, row, blas, desc, t_enter, t_min };
-        instance.walk::<S, A, ANY>(ray, best, &mut found, &mut accept)
+        instance.walk::<S, A, ANY>(boxes, ray, best, &mut found, &mut accept)
     });
     found.then_some(best)
 }
@@ -85,6 +93,7 @@ const LEAF: u32 = 1 << 31;
 /// one item each: worth it where a leaf is an instance. Else leaves come before their inner siblings.
 #[inline(always)]
 fn walk_tree<S: BoxTest, const SORTED: bool>(
+    boxes: S,
     tree: &WideTree,
     ray: &BoxRay,
     best: &mut Hit,
@@ -104,7 +113,7 @@ fn walk_tree<S: BoxTest, const SORTED: bool>(
             }
         } else {
             let node = &tree.nodes[current.reference() as usize];
-            let mut mask = S::test(ray, node, best.t, &mut enter);
+            let mut mask = boxes.test(ray, node, best.t, &mut enter);
             if !SORTED {
                 let mut leaves = mask & !u32::from(node.inner);
                 mask &= u32::from(node.inner);
@@ -165,6 +174,7 @@ impl Instance<'_> {
     #[inline(always)]
     fn walk<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
         &self,
+        boxes: S,
         ray: &Ray,
         best: &mut Hit,
         found: &mut bool,
@@ -176,10 +186,10 @@ impl Instance<'_> {
         let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
         let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
         let (positions, indices) = (&self.scene.positions, &self.scene.indices);
-        walk_tree::<S, false>(&self.blas.tree, &local.boxes, best, |triangles, _, best| {
+        walk_tree::<S, false>(boxes, &self.blas.tree, &local.boxes, best, |triangles, _, best| {
             for &triangle in triangles {
                 let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
-                let Some(hit) = intersect(&local, &corners, cull) else { continue };
+                let Some(hit) = intersect(&local, corners, cull) else { continue };
                 let t = if hit.t > self.t_enter { hit.t } else { self.t_enter };
                 let hit = Hit { t, render_node: self.node, triangle, b1: hit.b1, b2: hit.b2, back_face: hit.back_face };
                 let nearer = t < best.t || (t == best.t && (self.node, triangle) < (best.render_node, best.triangle));
@@ -193,5 +203,57 @@ impl Instance<'_> {
             }
             false
         })
+    }
+}
+
+/// Ways to compute the same, for the tests.
+#[cfg(test)]
+pub(super) mod reference {
+    use super::*;
+
+    /// The answers of every instruction set that the machine has.
+    pub fn closest_hits(scene: &ResidentScene, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Vec<Option<Hit>> {
+        let mut hits = vec![walk_with::<_, _, false>(Portable, scene, ray, &accept)];
+        #[cfg(target_arch = "x86_64")]
+        hits.extend(Avx2::detect().map(|proof| walk_avx2::<_, false>(proof, scene, ray, &accept)));
+        hits
+    }
+
+    /// Every triangle of every instance, without a tree.
+    pub fn brute_force(scene: &ResidentScene, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        for (node, row) in scene.render_nodes.iter().enumerate() {
+            const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
+            if row.flags & SEEN != SEEN {
+                continue;
+            }
+            let desc = &scene.mesh_descs[row.primitive as usize];
+            let bounds = scene.blas[row.primitive as usize].as_ref().expect("the scene has all BLAS").bounds();
+            let origin = row.inverse.transform_point(ray.origin).to_array();
+            let direction = row.inverse.transform_vector(ray.direction).to_array();
+            let Some(local) = ObjectRay::new(origin, direction, ray.t_min, &bounds) else { continue };
+            for triangle in 0..desc.triangle_count() {
+                let Some(corners) = blas::corners(&scene.positions, &scene.indices, desc, triangle) else { continue };
+                if !crate::trace::triangle::is_traceable(corners) {
+                    continue;
+                }
+                let Some(hit) = intersect(&local, corners, row.flags & NodeFlags::DOUBLE_SIDED == 0) else { continue };
+                let hit = Hit {
+                    t: hit.t,
+                    render_node: node as u32,
+                    triangle,
+                    b1: hit.b1,
+                    b2: hit.b2,
+                    back_face: hit.back_face,
+                };
+                // Triangles come in ascending order: the first of equally near ones stays.
+                let nearer = best.is_none_or(|best| hit.t < best.t);
+                let within = ray.t_min.max(0.0) < hit.t && hit.t < ray.t_max;
+                if within && nearer && (row.flags & NodeFlags::OPAQUE != 0 || accept(&hit)) {
+                    best = Some(hit);
+                }
+            }
+        }
+        best
     }
 }
