@@ -83,7 +83,7 @@ fn intersect_extreme(ray: &ObjectRay, corners: [&[f32; 3]; 3], cull_back_faces: 
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
     let negative = u < 0.0 || v < 0.0 || w < 0.0;
     let determinant = u + v + w;
-    if (negative && (cull_back_faces || u > 0.0 || v > 0.0 || w > 0.0)) || !(determinant.abs() > 0.0) {
+    if (negative && (cull_back_faces || u > 0.0 || v > 0.0 || w > 0.0)) || determinant == 0.0 || determinant.is_nan() {
         return None;
     }
     let t = (u * a[2] + v * b[2] + w * c[2]) / determinant;
