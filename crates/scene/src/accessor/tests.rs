@@ -158,6 +158,8 @@ fn sparse_elements_replace_those_of_the_view_or_zeros() {
             indices_type: U16,
             values_view,
             values_offset: 0,
+            indices_extra: Extra::default(),
+            values_extra: Extra::default(),
             extra: Extra::default(),
         }));
         assert_eq!(read_f32::<2>(&s.scene, id).unwrap(), expected);
@@ -184,6 +186,8 @@ fn sparse_indices_must_rise_and_be_in_range() {
             indices_type: U8,
             values_view: view,
             values_offset: 0,
+            indices_extra: Extra::default(),
+            values_extra: Extra::default(),
             extra: Extra::default(),
         }));
         assert_eq!(read_indices(&s.scene, id).unwrap_err(), AccessorError { accessor: 0, fault });

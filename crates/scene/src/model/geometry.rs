@@ -148,10 +148,14 @@ pub struct Sparse {
     pub indices_offset: usize,
     /// U8, U16 or U32.
     pub indices_type: ComponentType,
+    /// The rest of the `indices` object.
+    pub indices_extra: Extra,
     /// The new elements, of the accessor's type, tightly packed.
     pub values_view: BufferViewId,
     /// Byte offset inside the view.
     pub values_offset: usize,
+    /// The rest of the `values` object.
+    pub values_extra: Extra,
     /// The rest of the `sparse` object.
     pub extra: Extra,
 }

@@ -7,6 +7,7 @@ mod animation;
 mod blob;
 mod geometry;
 mod ids;
+mod lobes;
 mod material;
 mod node;
 mod store;
@@ -148,6 +149,13 @@ impl Scene {
         let view = self.buffer_views.get(id)?;
         let buffer = self.buffers.get(view.buffer)?;
         buffer.data.get(view.offset..view.offset.checked_add(view.length)?)
+    }
+
+    /// [`Scene::view_bytes`] as a shared part of the buffer: nothing is copied.
+    pub fn view_blob(&self, id: BufferViewId) -> Option<Blob> {
+        let view = self.buffer_views.get(id)?;
+        let buffer = self.buffers.get(view.buffer)?;
+        buffer.data.slice(view.offset..view.offset.checked_add(view.length)?)
     }
 
     /// What the document itself carries besides what is modelled.

@@ -1,5 +1,5 @@
 use super::{AccessorId, CameraId, Extra, LightId, MeshId, NodeId, SkinId};
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
 /// Child nodes in order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,7 +29,7 @@ pub enum Transform {
     Trs {
         /// Metres.
         translation: [f64; 3],
-        /// Unit quaternion, x y z w.
+        /// Quaternion, x y z w, as the file has it: [`Transform::to_affine`] normalises it.
         rotation: [f64; 4],
         /// Factors.
         scale: [f64; 3],
@@ -45,14 +45,17 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// As an affine map.
+    /// As an affine map. A rotation of length zero is none.
     pub fn to_affine(&self) -> DAffine3 {
         match self {
-            Self::Trs { translation, rotation, scale } => DAffine3::from_scale_rotation_translation(
-                DVec3::from_array(*scale),
-                DQuat::from_array(*rotation).normalize(),
-                DVec3::from_array(*translation),
-            ),
+            Self::Trs { translation, rotation, scale } => {
+                let rotation = DVec4::from_array(*rotation).try_normalize().map_or(DQuat::IDENTITY, DQuat::from_vec4);
+                DAffine3::from_scale_rotation_translation(
+                    DVec3::from_array(*scale),
+                    rotation,
+                    DVec3::from_array(*translation),
+                )
+            }
             Self::Matrix(m) => DAffine3::from_mat4(DMat4::from_cols_array(m)),
         }
     }
@@ -75,7 +78,7 @@ pub struct Instancing {
 }
 
 /// A node of the hierarchy.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
     /// `name`.
     pub name: Option<String>,
@@ -101,25 +104,6 @@ pub struct Node {
     pub instancing: Option<Box<Instancing>>,
     /// The rest.
     pub extra: Extra,
-}
-
-impl Default for Node {
-    fn default() -> Self {
-        Self {
-            name: None,
-            parent: None,
-            children: Children::default(),
-            transform: Transform::default(),
-            mesh: None,
-            skin: None,
-            camera: None,
-            light: None,
-            weights: None,
-            visible: None,
-            instancing: None,
-            extra: Extra::default(),
-        }
-    }
 }
 
 /// A skin.
@@ -192,6 +176,8 @@ pub struct Light {
     pub range: Option<f64>,
     /// The kind.
     pub kind: LightKind,
+    /// The rest of the `spot` object.
+    pub spot_extra: Extra,
     /// The rest.
     pub extra: Extra,
 }

@@ -1,4 +1,4 @@
-use slotmap::{Key, SlotMap};
+use slotmap::{Key, KeyData, SlotMap};
 
 /// Objects of one kind under stable, generational ids. Iteration is in slot order: after loading one file, that is the
 /// order of the file.
@@ -56,10 +56,29 @@ impl<K: Key, V> Store<K, V> {
         self.0.reserve(additional);
     }
 
+    #[cfg_attr(not(test), expect(dead_code, reason = "edits will add objects one by one"))]
     pub(crate) fn insert(&mut self, value: V) -> K {
         self.0.insert(value)
     }
 
+    /// The id that the object inserted as number `index` (from 0) into an empty store will have: known before it is
+    /// there, so that an import may refer to what comes later.
+    pub(crate) fn nth_id(index: usize) -> K {
+        // Slots begin at 1, and the first generation is 1.
+        KeyData::from_ffi((1 << 32) | (index as u64 + 1)).into()
+    }
+
+    /// Inserts object number `index` of a new store.
+    ///
+    /// # Panics
+    /// If its id is not [`Store::nth_id`]: then ids that were given out before would be wrong.
+    pub(crate) fn insert_nth(&mut self, index: usize, value: V) -> K {
+        let id = self.0.insert(value);
+        assert!(id == Self::nth_id(index), "object {index} went to another slot");
+        id
+    }
+
+    #[cfg_attr(not(test), expect(dead_code, reason = "edits will change objects in place"))]
     pub(crate) fn get_mut(&mut self, id: K) -> Option<&mut V> {
         self.0.get_mut(id)
     }

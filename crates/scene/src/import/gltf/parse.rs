@@ -1,0 +1,40 @@
+//! From text to schema, with the place of a fault.
+
+use super::place::{At, push_key};
+use crate::import::{ImportFault, Place};
+use serde::Deserialize;
+use serde_path_to_error::Segment;
+
+/// Parses JSON. The path of a fault is found by a second, slower pass, which good files never need.
+pub fn parse<'a, T: Deserialize<'a>>(text: &'a str, at: &At<'_>) -> Result<T, (Place, ImportFault)> {
+    serde_json::from_str(text).map_err(|error| {
+        if error.is_syntax() || error.is_eof() {
+            // There is no path to what is not JSON.
+            let place = match at {
+                At::Root => Place::Line { line: error.line(), column: error.column() },
+                _ => at.place(),
+            };
+            return (place, ImportFault::Json(format!("this is not valid JSON: {}", without_position(&error))));
+        }
+        let mut deserializer = serde_json::Deserializer::from_str(text);
+        let mut pointer = at.pointer();
+        if let Err(found) = serde_path_to_error::deserialize::<_, T>(&mut deserializer) {
+            for segment in found.path() {
+                match segment {
+                    Segment::Seq { index } => push_key(&mut pointer, &index.to_string()),
+                    Segment::Map { key } => push_key(&mut pointer, key),
+                    Segment::Enum { .. } | Segment::Unknown => {}
+                }
+            }
+        }
+        (Place::Pointer(pointer), ImportFault::Json(without_position(&error)))
+    })
+}
+
+fn without_position(error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    match message.rfind(" at line ") {
+        Some(end) => message[..end].to_owned(),
+        None => message,
+    }
+}

@@ -1,0 +1,1 @@
+//! Small documents, one per feature and per refusal.
