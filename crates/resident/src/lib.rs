@@ -5,7 +5,8 @@
 //! * [`image`]: decoded images with their mip chains;
 //! * [`environment`]: what surrounds the scene;
 //! * [`camera`], [`frame`], [`film`]: what to render, how, and what comes back;
-//! * [`sampling`], [`math`]: the random numbers, warps and polynomials that every backend computes alike;
+//! * [`sampling`], [`math`], [`energy`]: the random numbers, warps, polynomials and tables that every backend computes
+//!   alike;
 //! * [`tonemap`]: from radiance to what a display shows;
 //! * [`backend`]: the [`Backend`] trait.
 //!
@@ -15,6 +16,7 @@
 pub mod backend;
 pub mod batch;
 pub mod camera;
+pub mod energy;
 pub mod environment;
 pub mod film;
 pub mod frame;

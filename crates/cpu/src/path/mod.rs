@@ -1,0 +1,3 @@
+//! The path tracer.
+
+pub mod bsdf;

@@ -1,1 +1,0 @@
-//! Polynomials that every backend computes alike.

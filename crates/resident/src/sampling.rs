@@ -1,1 +1,0 @@
-//! Counter-based random numbers and warps that every backend computes alike.
