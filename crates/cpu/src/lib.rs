@@ -3,11 +3,16 @@
 //! * [`scene`]: [`ResidentScene`], every row and stream that a [`orthant_resident::SceneBatch`] writes, and the
 //!   acceleration structures over them;
 //! * [`accel`]: the structures themselves: one BLAS per RenderPrimitive, one TLAS over the RenderNodes;
-//! * [`trace`]: rays through them.
+//! * [`trace`]: rays through them;
+//! * [`path`]: the path tracer;
+//! * [`backend`]: [`CpuBackend`], which ties them together.
 
 pub mod accel;
+pub mod backend;
+pub mod path;
 pub mod scene;
 pub mod trace;
 
+pub use backend::CpuBackend;
 pub use scene::ResidentScene;
 pub use trace::{Hit, Ray};

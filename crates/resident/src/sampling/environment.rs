@@ -302,8 +302,7 @@ mod tests {
 
     #[test]
     fn sun_samples_lie_in_the_sun() {
-        let sun =
-            Sun { direction: [0.48, 0.8, -0.36], radiance: [1.0; 3], cos_radius: 0.2666f32.to_radians().cos() };
+        let sun = Sun { direction: [0.48, 0.8, -0.36], radiance: [1.0; 3], cos_radius: 0.2666f32.to_radians().cos() };
         for i in 0..1000 {
             let d = sample_sun(&sun, Vec2::new((i as f32 + 0.5) / 1001.0, (i as f32 * 0.618).fract()));
             assert!(sun_contains(&sun, d));

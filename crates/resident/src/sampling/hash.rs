@@ -25,7 +25,9 @@ mod tests {
     fn every_input_bit_flips_half_of_the_output() {
         for bit in 0..32 {
             let flips: u32 = (0..4096u32)
-                .map(|i| (hash_mix(i.wrapping_mul(77_773)) ^ hash_mix(i.wrapping_mul(77_773) ^ (1 << bit))).count_ones())
+                .map(|i| {
+                    (hash_mix(i.wrapping_mul(77_773)) ^ hash_mix(i.wrapping_mul(77_773) ^ (1 << bit))).count_ones()
+                })
                 .sum();
             let mean = flips as f32 / 4096.0;
             assert!((mean - 16.0).abs() < 0.5, "bit {bit}: {mean}");

@@ -11,7 +11,7 @@ use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Most punctual lights that are weighed at a vertex: all of them where there are no more, else a sample by power.
-pub const PUNCTUAL_CANDIDATES: u32 = 16;
+pub const PUNCTUAL_CANDIDATES: usize = 16;
 
 /// Probabilities of the kinds of light that have a size; they sum to 1, or are all 0 without such lights.
 ///

@@ -42,7 +42,10 @@ fn a_white_surface_reflects_all_light() {
                 let albedo = sampled_albedo(&bsdf, 1 << 16).x;
                 // The table is linear between its entries, which shows most at grazing angles.
                 let tolerance = if cos < 0.05 { 4.5e-3 } else { 2.5e-3 };
-                assert!((albedo - 1.0).abs() < tolerance, "metallic {metallic} roughness {roughness} cos {cos}: {albedo}");
+                assert!(
+                    (albedo - 1.0).abs() < tolerance,
+                    "metallic {metallic} roughness {roughness} cos {cos}: {albedo}"
+                );
             }
         }
     }
@@ -112,8 +115,7 @@ fn the_density_integrates_to_the_share_of_samples_above_the_surface() {
 fn integrated_and_sampled_albedos_agree() {
     for roughness in [0.3, 0.6, 1.0] {
         for cos in [0.1, 0.5, 1.0] {
-            let bsdf =
-                MetallicRoughness::new(&material(Vec3::new(0.8, 0.4, 0.2), 0.5, roughness), direction(cos, 0.2));
+            let bsdf = MetallicRoughness::new(&material(Vec3::new(0.8, 0.4, 0.2), 0.5, roughness), direction(cos, 0.2));
             let integrated = integrate(400, |wi| bsdf.evaluate(wi).f_cos);
             let sampled = sampled_albedo(&bsdf, 1 << 15);
             assert!((integrated - sampled).abs().max_element() < 5e-3, "{roughness} {cos}: {integrated} {sampled}");

@@ -1,0 +1,128 @@
+//! [`CpuBackend`]: the backend that always works.
+
+mod frame_check;
+mod job;
+
+use crate::path::lights::LightTables;
+use crate::scene::ResidentScene;
+use job::Job;
+use orthant_resident::backend::{ApplyReport, ResidentBytes};
+use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A resident scene in memory, rendered by all cores.
+///
+/// Work is done in [`Backend::poll`], on the calling thread's rayon pool, or on a pool of its own where a frame asks for
+/// a number of threads. The film depends on neither.
+#[derive(Default)]
+pub struct CpuBackend {
+    scene: ResidentScene,
+    lights: LightTables,
+    job: Option<Job>,
+    last_ticket: u64,
+    pool: Option<(usize, Arc<rayon::ThreadPool>)>,
+    discarded: u64,
+}
+
+impl CpuBackend {
+    /// An empty scene in the dark.
+    pub fn new() -> Self {
+        let mut backend = Self::default();
+        backend.lights.set_environment(&Environment::none());
+        backend
+    }
+
+    /// The resident scene, to be read: for validation and tests.
+    pub fn scene(&self) -> &ResidentScene {
+        &self.scene
+    }
+
+    /// Contributions of light that were not finite and were left out, since the backend was made.
+    pub fn discarded_contributions(&self) -> u64 {
+        self.discarded + self.job.as_ref().map_or(0, Job::discarded)
+    }
+
+    fn pool(&mut self, threads: usize) -> Result<Option<Arc<rayon::ThreadPool>>, BackendError> {
+        if threads == 0 {
+            return Ok(None);
+        }
+        if let Some((count, pool)) = &self.pool
+            && *count == threads
+        {
+            return Ok(Some(pool.clone()));
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("trace {i}")).build();
+        let pool =
+            Arc::new(pool.map_err(|e| BackendError::Device(format!("cannot start {threads} render threads: {e}")))?);
+        self.pool = Some((threads, pool.clone()));
+        Ok(Some(pool))
+    }
+
+    fn job(&mut self, ticket: Ticket) -> Result<&mut Job, BackendError> {
+        self.job.as_mut().filter(|job| job.ticket == ticket).ok_or(BackendError::UnknownTicket(ticket))
+    }
+
+    /// Drops the job under way: what it has seen of the scene is about to change.
+    fn end_job(&mut self) -> Option<Job> {
+        let job = self.job.take()?;
+        self.discarded += job.discarded();
+        Some(job)
+    }
+}
+
+impl Backend for CpuBackend {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn device(&self) -> String {
+        format!("CPU, {} threads", rayon::current_num_threads())
+    }
+
+    /// Ends the ticket of a frame that is under way.
+    fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
+        frame_check::check_batch(&batch)?;
+        let report = self.scene.apply(batch)?;
+        self.end_job();
+        self.lights.update_scene(&self.scene);
+        Ok(report)
+    }
+
+    /// Ends the ticket of a frame that is under way.
+    fn set_environment(&mut self, environment: Environment) -> Result<(), BackendError> {
+        frame_check::check_environment(&environment)?;
+        self.end_job();
+        self.lights.set_environment(&environment);
+        self.lights.update_scene(&self.scene);
+        Ok(())
+    }
+
+    fn submit(&mut self, frame: Frame) -> Result<Ticket, BackendError> {
+        frame_check::check_frame(&frame)?;
+        let pool = self.pool(frame.threads)?;
+        self.end_job();
+        self.last_ticket += 1;
+        let ticket = Ticket(self.last_ticket);
+        self.job = Some(Job::new(ticket, frame, pool));
+        Ok(ticket)
+    }
+
+    fn poll(&mut self, ticket: Ticket, budget: Duration) -> Result<TicketStatus, BackendError> {
+        self.job(ticket)?;
+        let Self { scene, lights, job, .. } = self;
+        let job = job.as_mut().ok_or(BackendError::UnknownTicket(ticket))?;
+        job.work(scene, lights, budget);
+        Ok(job.status())
+    }
+
+    fn read_film(&mut self, ticket: Ticket) -> Result<Film, BackendError> {
+        self.job(ticket)?;
+        let job = self.end_job().ok_or(BackendError::UnknownTicket(ticket))?;
+        Ok(job.into_film())
+    }
+
+    fn resident_bytes(&self) -> ResidentBytes {
+        self.scene.resident_bytes()
+    }
+}

@@ -1,0 +1,89 @@
+//! Emissive triangles.
+
+use super::{LightSample, LightTables};
+use crate::path::alpha::surface_presence;
+use crate::path::cone::RayCone;
+use crate::path::material::{TextureFrame, emitted_radiance};
+use crate::path::surface::SurfacePoint;
+use crate::scene::ResidentScene;
+use glam::{Vec2, Vec3};
+use orthant_resident::rows::{EmitterRow, NONE};
+use orthant_resident::sampling::warp::sample_triangle;
+
+/// Density over area, in 1/m^2, with which next event estimation chooses a point of a triangle; the choice of the kind is
+/// included. 0 for a surface that is in no emitter table.
+#[inline]
+pub fn emitter_pdf(scene: &ResidentScene, lights: &LightTables, point: &SurfacePoint) -> f32 {
+    let Some(row) = scene.emitters.get(point.node.emitter as usize) else { return 0.0 };
+    if point.node.emitter == NONE || point.area <= 0.0 {
+        return 0.0;
+    }
+    let p = emitter_probability(scene, lights, point.node.emitter as usize)
+        * triangle_probability(scene, row, point.triangle as usize);
+    lights.kinds.emitters * p / point.area
+}
+
+/// Samples a point of an emissive surface as seen from `from`: `pick` chooses the emitter, `pick_triangle` the triangle,
+/// `u` the point. The density leaves the choice of the kind out. `cone` is that of a ray from there.
+#[inline]
+pub fn sample_emitter(
+    scene: &ResidentScene,
+    lights: &LightTables,
+    from: Vec3,
+    cone: RayCone,
+    pick: f32,
+    pick_triangle: f32,
+    u: Vec2,
+) -> Option<LightSample> {
+    // Choose an emitter by power and a triangle by area
+    let target = pick * lights.emitter_power;
+    let index = scene.emitters.partition_point(|row| row.cumulative_power <= target);
+    let row = scene.emitters.get(index)?;
+    let first = row.first_triangle as usize;
+    let table = scene.emitter_triangles.get(first..first + row.triangle_count as usize)?;
+    let triangle = table.partition_point(|t| t.cumulative <= pick_triangle);
+    if triangle >= table.len() {
+        return None;
+    }
+
+    // Choose a point on it
+    let b = sample_triangle(u);
+    let point = SurfacePoint::new(scene, row.render_node, triangle as u32, b.x, b.y);
+    let to_light = point.position - from;
+    let distance2 = to_light.length_squared();
+    if !(distance2 > 0.0 && point.area > 0.0) {
+        return None;
+    }
+    let distance = distance2.sqrt();
+    let direction = to_light / distance;
+    let cos = -direction.dot(point.front);
+    if cos == 0.0 || (cos < 0.0 && !point.is_double_sided()) {
+        return None;
+    }
+    let probability = emitter_probability(scene, lights, index) * triangle_probability(scene, row, triangle);
+    let pdf = probability / point.area * distance2 / cos.abs();
+    let presence = surface_presence(scene, &point);
+    if !(pdf > 0.0 && presence > 0.0) {
+        return None;
+    }
+    let frame = TextureFrame::new(scene, &point, cone.footprint(distance, cos));
+    let radiance = emitted_radiance(scene, &point, &frame) * presence;
+    let facing = if cos > 0.0 { point.front } else { -point.front };
+    Some(LightSample { direction, end: Some(point.ray_origin(facing)), radiance, pdf })
+}
+
+#[inline]
+fn emitter_probability(scene: &ResidentScene, lights: &LightTables, index: usize) -> f32 {
+    let before = if index == 0 { 0.0 } else { scene.emitters[index - 1].cumulative_power };
+    (scene.emitters[index].cumulative_power - before) / lights.emitter_power
+}
+
+#[inline]
+fn triangle_probability(scene: &ResidentScene, row: &EmitterRow, triangle: usize) -> f32 {
+    if triangle >= row.triangle_count as usize {
+        return 0.0;
+    }
+    let first = row.first_triangle as usize;
+    let cumulative = |t: usize| scene.emitter_triangles.get(first + t).map_or(0.0, |t| t.cumulative);
+    cumulative(triangle) - if triangle == 0 { 0.0 } else { cumulative(triangle - 1) }
+}
