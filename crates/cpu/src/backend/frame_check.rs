@@ -26,7 +26,7 @@ pub(super) fn check_frame(frame: &Frame) -> Result<(), BackendError> {
         return fault("max_depth must be at least 1".into());
     }
     if let Some(clamp) = frame.firefly_clamp
-        && !(clamp > 0.0)
+        && (clamp.is_nan() || clamp <= 0.0)
     {
         return fault(format!("firefly_clamp is {clamp}; it must be positive"));
     }
@@ -76,7 +76,7 @@ pub(super) fn check_environment(environment: &Environment) -> Result<(), Backend
     }
     if let Some(sun) = &environment.sun {
         let finite = sun.direction.iter().chain(&sun.radiance).all(|v| v.is_finite());
-        if !finite || !(sun.cos_radius >= -1.0 && sun.cos_radius < 1.0) {
+        if !(finite && sun.cos_radius >= -1.0 && sun.cos_radius < 1.0) {
             return fault("the sun's direction and radiance must be finite, and its radius positive");
         }
     }

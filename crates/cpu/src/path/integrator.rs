@@ -124,7 +124,7 @@ pub fn trace_path(
             let weight = emission_weight(tracer, &point, geometric.dot(wo), previous);
             gathered.add(throughput * emitted * weight, depth);
         }
-        let shading = if unlit && depth > 1 || (depth == frame.max_depth && depth > 1) {
+        let shading = if depth > 1 && (unlit || depth == frame.max_depth) {
             geometric
         } else {
             let n = shading_normal(scene, &point, &textures);

@@ -11,6 +11,7 @@ use orthant_resident::image::{ImageData, Sampling};
 use orthant_resident::math::luminance;
 use orthant_resident::rows::*;
 use orthant_resident::{Backend, Camera, Environment, SceneBatch};
+use std::f32::consts::PI;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -226,7 +227,7 @@ impl SceneBuilder {
                 emitter = emitters.len() as u32;
                 let scale = world.matrix3.determinant().abs().powf(2.0 / 3.0) as f32;
                 let faces = if double_sided { 2.0 } else { 1.0 };
-                let power = luminance(Vec3::from(material.emissive)) * desc.area * scale * 3.14 * faces;
+                let power = luminance(Vec3::from(material.emissive)) * desc.area * scale * PI * faces;
                 emitters.push(EmitterRow {
                     render_node: slot as u32,
                     first_triangle: desc.first_emitter_triangle,

@@ -9,7 +9,7 @@ pub fn log2(x: f32) -> f32 {
     // Mantissa to sqrt(1/2)..sqrt(2), so that the result near x = 1 keeps its relative precision.
     let e = (bits.wrapping_sub(0x3f35_04f3) as i32) >> 23;
     let f = f32::from_bits(bits.wrapping_sub((e as u32) << 23)) - 1.0;
-    let p = 1.442_695
+    let p = std::f32::consts::LOG2_E
         + f * (-0.721_347_35
             + f * (0.480_898_52
                 + f * (-0.360_696_54
@@ -27,7 +27,7 @@ pub fn exp2(x: f32) -> f32 {
     let n = (x + 0.5).floor();
     let f = x - n;
     let p = 1.0
-        + f * (0.693_147_2
+        + f * (std::f32::consts::LN_2
             + f * (0.240_226_5
                 + f * (0.055_503_27 + f * (0.009_618_057 + f * (0.001_340_042_8 + f * 0.000_154_614_45)))));
     // n is -126..=127, so that the exponent field is 1..=254.

@@ -3,6 +3,8 @@
 //! Turns suit what a renderer asks: random numbers and texture coordinates are turns already, and the reduction to a
 //! quadrant is exact. The coefficients are Chebyshev fits.
 
+use std::f32::consts::FRAC_PI_2;
+
 /// Sine and cosine of `2 pi turns`; the absolute error is below 1.5e-7 for |turns| <= 1, and grows with the rounding of
 /// the argument beyond.
 #[inline]
@@ -12,7 +14,7 @@ pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     let r = quarters - nearest;
     let r2 = r * r;
     let s =
-        r * (1.570_796_3 + r2 * (-0.645_964_1 + r2 * (0.079_692_583 + r2 * (-0.004_681_266_3 + r2 * 0.000_158_206_3))));
+        r * (FRAC_PI_2 + r2 * (-0.645_964_1 + r2 * (0.079_692_583 + r2 * (-0.004_681_266_3 + r2 * 0.000_158_206_3))));
     let c = 1.0 + r2 * (-1.233_700_5 + r2 * (0.253_669_2 + r2 * (-0.020_860_07 + r2 * 0.000_903_628_07)));
     match nearest as i32 & 3 {
         0 => (s, c),

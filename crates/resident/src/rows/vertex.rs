@@ -18,7 +18,7 @@ pub struct VertexRow {
 }
 
 /// Packs a unit vector as an octahedron, two 16-bit snorms, x in the low half (Cigolle et al. 2014, "A Survey of
-/// Efficient Representations for Independent Unit Vectors", section 3.2). The error is below 4e-5 radians.
+/// Efficient Representations for Independent Unit Vectors", section 3.2). The error is below 5e-5 radians.
 #[inline]
 pub fn encode_normal(n: Vec3) -> u32 {
     let p = octahedral(n);
@@ -85,7 +85,7 @@ mod tests {
     fn a_packed_normal_is_within_its_error() {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
         for n in directions().chain(axes) {
-            assert!(decode_normal(encode_normal(n)).angle_between(n) < 4e-4, "{n}");
+            // The chord: the arc cosine of a product near 1 has no digits left.
             assert!((decode_normal(encode_normal(n)) - n).length() < 5e-5, "{n}");
         }
         for n in axes {
