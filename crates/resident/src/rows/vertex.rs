@@ -18,7 +18,7 @@ pub struct VertexRow {
 }
 
 /// Packs a unit vector as an octahedron, two 16-bit snorms, x in the low half (Cigolle et al. 2014, "A Survey of
-/// Efficient Representations for Independent Unit Vectors", section 3.2). The error is below 5e-5 radians.
+/// Efficient Representations for Independent Unit Vectors", section 3.2). The error is below 7e-5 radians.
 #[inline]
 pub fn encode_normal(n: Vec3) -> u32 {
     let p = octahedral(n);
@@ -86,7 +86,7 @@ mod tests {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
         for n in directions().chain(axes) {
             // The chord: the arc cosine of a product near 1 has no digits left.
-            assert!((decode_normal(encode_normal(n)) - n).length() < 5e-5, "{n}");
+            assert!((decode_normal(encode_normal(n)) - n).length() < 7e-5, "{n}");
         }
         for n in axes {
             assert_eq!(decode_normal(encode_normal(n)), n);
