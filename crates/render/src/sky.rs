@@ -33,6 +33,10 @@ const MAP_SIZE: (u32, u32) = (1024, 512);
 /// ground under a sun of irradiance 1 that stands 45 degrees high.
 const IRRADIANCE_AT_45: f32 = 0.6521;
 
+/// Where the sun stands unless one says else: 50 degrees high, in front of a camera's left shoulder where the camera looks
+/// along -Z.
+pub const DEFAULT_SUN: Vec3 = Vec3::new(-0.5, 0.95, 0.62);
+
 /// A clear sky with the sun in a direction (+Y is up; normalised here).
 pub fn clear_sky(toward_sun: Vec3) -> Environment {
     let toward_sun = toward_sun.normalize_or(Vec3::Y);

@@ -139,9 +139,7 @@ fn a_scene_far_from_zero_is_stored_about_itself() {
 #[test]
 fn a_light_follows_its_own_node() {
     // Light 1 is on node 0, light 0 on nodes 1 and 2: ids of lights and of nodes differ, and two nodes share a light.
-    let on = |light: usize, x: f64| {
-        json!({ "translation": [x, 0, 0], "extensions": { "KHR_lights_punctual": { "light": light } } })
-    };
+    let on = |light: usize, x: f64| json!({ "translation": [x, 0, 0], "extensions": { "KHR_lights_punctual": { "light": light } } });
     let document = Document::new(json!({
         "extensionsUsed": ["KHR_lights_punctual"],
         "extensions": { "KHR_lights_punctual": { "lights": [
