@@ -4,6 +4,7 @@
 //! a stale one is an error. It knows nothing of rendering.
 
 pub mod accessor;
+pub mod codec;
 pub mod import;
 pub mod model;
 

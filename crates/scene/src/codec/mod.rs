@@ -1,0 +1,3 @@
+//! Decoders of compressed geometry. They know bytes, not documents: the importers call them.
+
+pub mod meshopt;
