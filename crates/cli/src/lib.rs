@@ -6,6 +6,8 @@
 //! * [`generate`]: scenes that the program makes itself;
 //! * [`image_io`]: PNG, OpenEXR and Radiance HDR;
 //! * [`metrics`]: how far two pictures are apart;
+//! * [`share`]: parts of a rendering, and how they are put together;
+//! * [`job`]: what a command does with a scene before and after the backend;
 //! * [`machine`]: memory and threads.
 
 pub mod args;
@@ -13,9 +15,11 @@ pub mod commands;
 pub mod failure;
 pub mod generate;
 pub mod image_io;
+pub mod job;
 pub mod machine;
 pub mod metrics;
 pub mod output;
 mod run;
+pub mod share;
 
 pub use run::run;

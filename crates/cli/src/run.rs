@@ -35,7 +35,9 @@ fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Compare(args) => commands::compare::run(args, &cli.common),
         Command::Generate(args) => commands::generate::run(args),
         Command::Devices(args) => commands::devices::run(args),
-        _ => Err(Failure::missing("this command is not built yet")),
+        Command::Merge(args) => commands::merge::run(args, &cli.common),
+        Command::Info(args) => commands::info::run(args, &cli.common),
+        Command::Render(args) => commands::render::run(args, &cli.common),
     }
 }
 

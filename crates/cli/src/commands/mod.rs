@@ -3,3 +3,6 @@
 pub mod compare;
 pub mod devices;
 pub mod generate;
+pub mod info;
+pub mod merge;
+pub mod render;

@@ -1,0 +1,342 @@
+//! `orthant render`: a scene to an image, or to a share of one.
+
+use crate::args::{AovArg, BackendArg, Common, FilterArg, RenderArgs, RendererArg};
+use crate::commands::devices;
+use crate::failure::{Exit, Failure};
+use crate::image_io::{Display, Format};
+use crate::job::{LoadOptions, Loaded, Progress, aov, camera, environment, load, settings, validate};
+use crate::output::{write_atomically, write_bytes};
+use crate::share::{Header, ShareWriter};
+use orthant_cpu::CpuBackend;
+use orthant_resident::backend::{ApplyReport, RayCounts};
+use orthant_resident::film::BLOCK;
+use orthant_resident::frame::{PixelFilter, Tile};
+use orthant_resident::tonemap::ToneMapper;
+use orthant_resident::{Backend, BackendError, Environment, Film, Frame};
+use serde_json::json;
+use std::ops::Range;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// How long the backend works between two looks at the progress.
+const SLICE: Duration = Duration::from_millis(100);
+/// Path vertices before Russian roulette may end a path.
+const ROULETTE_DEPTH: u32 = 4;
+/// Blocks of a share that are held at a time, in bytes.
+const SHARE_BUFFER: u64 = 256 << 20;
+
+/// Renders.
+///
+/// # Errors
+/// Options that contradict each other or the scene (usage), a bad scene or environment (bad input), what is not built
+/// (missing), a difference that `--validate` found (check failed).
+pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
+    let start = Instant::now();
+    let plan = Plan::new(args, common)?;
+    if args.threads > 0 {
+        // Loading keeps to the number too. A pool that exists already (in tests) is as good.
+        let _exists = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
+    }
+    let options = LoadOptions {
+        scene: args.scene,
+        variant: args.variant.as_deref(),
+        allow_external_files: args.allow_external_files,
+        max_memory: common.max_memory(),
+    };
+    let mut loaded = load(&args.file, &options)?;
+    if !common.quiet {
+        loaded.print_warnings();
+        if loaded.derived.bounds().is_none() {
+            eprintln!("warning: {}: the scene shows nothing", args.file.display());
+        }
+    }
+    let view = camera::select(&loaded, args)?;
+    let environment = environment::select(&loaded, args, common.max_memory() / 2)?;
+    let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
+
+    let mut backend = CpuBackend::new();
+    let upload = Instant::now();
+    let applied = backend.apply(loaded.derived.load_batch()).map_err(backend_failure)?;
+    backend.set_environment(environment.clone()).map_err(backend_failure)?;
+    let upload = upload.elapsed();
+    if args.validate {
+        validate::validate(&loaded.derived, backend.scene())?;
+    }
+
+    let mut work = Work { backend: &mut backend, progress: Progress::new(common.quiet), spent: Spent::default() };
+    if plan.share {
+        render_share(args, &plan, &loaded, &environment, &frame, &mut work)?;
+    } else {
+        let film = work.render(&frame, 0, plan.total_samples())?;
+        let tile = film.tile;
+        let display = Display { tonemap: args.tonemap.into(), exposure: args.exposure };
+        crate::image_io::write(&args.output, tile.width, tile.height, &film.resolve(), display)?;
+        aov::write(&args.output, &film, loaded.derived.origin)?;
+    }
+    let Work { progress, spent, .. } = work;
+    progress.finish();
+    if let Some(path) = &args.stats {
+        let times = Times { upload, applied, total: start.elapsed() };
+        write_stats(path, &plan, &loaded, &backend, &times, &spent)?;
+    }
+    Ok(())
+}
+
+/// What is to be done, as far as the options alone say.
+struct Plan {
+    width: u32,
+    height: u32,
+    tile: Tile,
+    samples: Range<u32>,
+    share: bool,
+}
+
+impl Plan {
+    fn new(args: &RenderArgs, common: &Common) -> Result<Self, Failure> {
+        refuse_what_is_not_built(args)?;
+        let share = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("share"));
+        if !share {
+            Format::of(&args.output).map_err(|_| {
+                let what = format!("{}: an image is .png, .exr or .hdr, and a part .share", args.output.display());
+                Failure::usage(what)
+            })?;
+        }
+        let (width, height) = (args.size.width, args.size.height);
+        let tile = args.tile.unwrap_or(Tile { x: 0, y: 0, width, height });
+        let inside = |at: u32, size: u32, end: u32| u64::from(at) + u64::from(size) <= u64::from(end);
+        if !inside(tile.x, tile.width, width) || !inside(tile.y, tile.height, height) {
+            let Tile { x, y, width: w, height: h } = tile;
+            return Err(Failure::usage(format!("--tile {x},{y},{w},{h} leaves the image of {width}x{height} pixels")));
+        }
+        let samples = args.samples.map_or(0..args.spp, |s| s.start..s.end);
+        if args.samples.is_some() && !share {
+            return Err(Failure::usage("--samples makes a share of an image: write it as -o NAME.share"));
+        }
+        if samples.end > args.spp || (!samples.end.is_multiple_of(BLOCK) && samples.end != args.spp) {
+            let what = format!(
+                "--samples {}..{} of {}: a range ends at a multiple of {BLOCK}, or at --spp",
+                samples.start, samples.end, args.spp
+            );
+            return Err(Failure::usage(what));
+        }
+        if share && !args.aov.is_empty() {
+            return Err(Failure::usage("a share carries no AOVs: render them in a run of their own"));
+        }
+        // The film's sums, a block, the picture and its bytes, and the AOVs
+        let pixels = u64::from(tile.width) * u64::from(tile.height);
+        let needed = pixels * (48 + 24 * args.aov.len() as u64);
+        if needed > common.max_memory() {
+            let what = format!("the image takes {needed} bytes, more than the limit of {}", common.max_memory());
+            return Err(Failure::usage(what).remedy("render it by --tile, or raise --max-memory"));
+        }
+        Ok(Self { width, height, tile, samples, share })
+    }
+
+    fn frame(&self, args: &RenderArgs, camera: orthant_resident::Camera) -> Frame {
+        let mut aovs: Vec<AovArg> = Vec::new();
+        for &name in &args.aov {
+            if !aovs.contains(&name) {
+                aovs.push(name);
+            }
+        }
+        Frame {
+            camera,
+            width: self.width,
+            height: self.height,
+            tile: self.tile,
+            samples: self.samples.clone(),
+            keep_blocks: self.share,
+            seed: args.seed,
+            max_depth: args.max_depth,
+            roulette_depth: ROULETTE_DEPTH,
+            firefly_clamp: args.firefly_clamp,
+            estimator: args.estimator.into(),
+            filter: match args.filter {
+                FilterArg::Box => PixelFilter::Box,
+                FilterArg::Tent => PixelFilter::Tent { radius: 1.0 },
+                FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris { radius: 1.5 },
+            },
+            aovs: aovs.into_iter().map(AovArg::aov).collect(),
+            threads: args.threads,
+        }
+    }
+
+    fn pixels(&self) -> u64 {
+        u64::from(self.tile.width) * u64::from(self.tile.height)
+    }
+
+    /// Pixel samples of the whole work.
+    fn total_samples(&self) -> u64 {
+        self.pixels() * u64::from(self.samples.end - self.samples.start)
+    }
+}
+
+fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
+    if args.time.is_some() || args.animation.is_some() {
+        let what = "animation is not built yet: leave --time and --animation out for the rest pose";
+        return Err(Failure::missing(what));
+    }
+    if args.world.is_some() {
+        return Err(Failure::missing("worlds are not built yet: leave --world out"));
+    }
+    if args.backend == BackendArg::Vulkan {
+        return Err(Failure::missing("the Vulkan backend is not built yet: use --backend cpu"));
+    }
+    if args.renderer == RendererArg::Raster {
+        return Err(Failure::missing("the CPU backend has no rasterizer: use --renderer path"));
+    }
+    if let Some(device) = &args.device {
+        let devices = devices::list();
+        let by_index = device.parse::<usize>().is_ok_and(|index| index < devices.len());
+        let wanted = device.to_lowercase();
+        let named = |d: &devices::Device| d.backend == wanted || d.name.to_lowercase().contains(&wanted);
+        if !by_index && !devices.iter().any(named) {
+            let what = format!("there is no device {device:?}: `orthant devices` lists what there is");
+            return Err(Failure::missing(what));
+        }
+    }
+    Ok(())
+}
+
+/// A fault of the backend that the frame or the batch is to blame for is one of the program: both are made here.
+fn backend_failure(error: BackendError) -> Failure {
+    let exit = match error {
+        BackendError::Device(_) => Exit::Missing,
+        BackendError::InvalidFrame(_) => Exit::Usage,
+        _ => Exit::Internal,
+    };
+    Failure::new(exit, error.to_string())
+}
+
+/// What rendering took.
+#[derive(Default)]
+struct Spent {
+    rays: RayCounts,
+    time: Duration,
+    samples: u64,
+}
+
+/// The backend at work, seen by whoever waits.
+struct Work<'a> {
+    backend: &'a mut CpuBackend,
+    progress: Progress,
+    spent: Spent,
+}
+
+impl Work<'_> {
+    /// Renders a frame. `done` of `total` pixel samples of the whole work were rendered before it.
+    fn render(&mut self, frame: &Frame, done: u64, total: u64) -> Result<Film, Failure> {
+        let ticket = self.backend.submit(frame.clone()).map_err(backend_failure)?;
+        loop {
+            let status = self.backend.poll(ticket, SLICE).map_err(backend_failure)?;
+            self.progress.frame(&status, done, total);
+            if status.is_done() {
+                let rays = &mut self.spent.rays;
+                rays.camera += status.rays.camera;
+                rays.bounce += status.rays.bounce;
+                rays.shadow += status.rays.shadow;
+                self.spent.time += status.elapsed;
+                self.spent.samples += status.done;
+                break;
+            }
+        }
+        self.backend.read_film(ticket).map_err(backend_failure)
+    }
+}
+
+/// Renders a share in runs of whole blocks, so that no more than [`SHARE_BUFFER`] bytes of them are held.
+fn render_share(
+    args: &RenderArgs,
+    plan: &Plan,
+    loaded: &Loaded,
+    environment: &Environment,
+    frame: &Frame,
+    work: &mut Work,
+) -> Result<(), Failure> {
+    let Tile { x, y, width, height } = plan.tile;
+    let choices = (args.scene, args.variant.as_deref());
+    let settings = settings::hash(&args.file, &loaded.scene, choices, environment, frame)
+        .map_err(|e| Failure::io(&args.file, "read the file", &e))?;
+    let header = Header {
+        program: settings::program(),
+        width: plan.width,
+        height: plan.height,
+        tile: [x, y, width, height],
+        samples: [plan.samples.start, plan.samples.end],
+        spp: args.spp,
+        seed: args.seed,
+        settings,
+        tonemap: ToneMapper::from(args.tonemap).name().into(),
+        exposure: args.exposure,
+    };
+    let blocks_at_once = (SHARE_BUFFER / (12 * plan.pixels())).clamp(1, 1 << 20) as u32;
+    write_atomically(&args.output, |file| {
+        let io = |e: std::io::Error| Failure::io(&args.output, "write the file", &e);
+        let mut writer = ShareWriter::new(file, header).map_err(io)?;
+        let mut at = plan.samples.start;
+        while at < plan.samples.end {
+            let end = at.saturating_add(blocks_at_once * BLOCK).min(plan.samples.end);
+            let part = Frame { samples: at..end, ..frame.clone() };
+            let done = plan.pixels() * u64::from(at - plan.samples.start);
+            for block in &work.render(&part, done, plan.total_samples())?.blocks {
+                writer.block(block).map_err(io)?;
+            }
+            at = end;
+        }
+        writer.finish();
+        Ok(())
+    })
+}
+
+struct Times {
+    upload: Duration,
+    applied: ApplyReport,
+    total: Duration,
+}
+
+fn write_stats(
+    path: &Path,
+    plan: &Plan,
+    loaded: &Loaded,
+    backend: &CpuBackend,
+    times: &Times,
+    spent: &Spent,
+) -> Result<(), Failure> {
+    let bytes = backend.resident_bytes();
+    let seconds = spent.time.as_secs_f64();
+    let structures = times.applied.blas_time + times.applied.tlas_time;
+    let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds * 1e-6 } else { 0.0 };
+    let stats = json!({
+        "backend": backend.name(),
+        "device": backend.device(),
+        "width": plan.width,
+        "height": plan.height,
+        "samples": spent.samples,
+        "load_s": loaded.load_time.as_secs_f64(),
+        "derive_s": loaded.derive_time.as_secs_f64(),
+        "upload_s": times.upload.saturating_sub(structures).as_secs_f64(),
+        "blas_s": times.applied.blas_time.as_secs_f64(),
+        "tlas_s": times.applied.tlas_time.as_secs_f64(),
+        "render_s": seconds,
+        "total_s": times.total.as_secs_f64(),
+        "rays": {
+            "camera": spent.rays.camera,
+            "bounce": spent.rays.bounce,
+            "shadow": spent.rays.shadow,
+            "total": spent.rays.total(),
+        },
+        "mrays_s": rate(spent.rays.total()),
+        "msamples_s": rate(spent.samples),
+        "blas_built": times.applied.blas_built,
+        "upload_bytes": times.applied.bytes,
+        "memory": {
+            "geometry": bytes.geometry,
+            "acceleration": bytes.acceleration,
+            "images": bytes.images,
+            "rows": bytes.rows,
+            "total": bytes.geometry + bytes.acceleration + bytes.images + bytes.rows,
+        },
+        "discarded_contributions": backend.discarded_contributions(),
+    });
+    write_bytes(path, format!("{stats:#}\n").as_bytes())
+}

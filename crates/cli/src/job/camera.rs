@@ -1,0 +1,59 @@
+//! Which camera a rendering has.
+
+use super::Loaded;
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use glam::DVec3;
+use orthant_render::camera::View;
+use orthant_scene::model::CameraId;
+
+/// The camera that the options ask for: one by hand, one of the file, or, without either, the file's first, or the whole
+/// scene framed. The lens follows from `--aperture` and `--focus-distance`.
+///
+/// # Errors
+/// A camera that the file does not have or the scene does not show, or an eye that is its target (usage).
+pub fn select(loaded: &Loaded, args: &RenderArgs) -> Result<View, Failure> {
+    let Loaded { scene, derived, path, .. } = loaded;
+    let mut view = if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        let [eye, target, up] = [eye, target, args.up].map(|v| DVec3::from_array(v.0));
+        View::look_at(eye, target, up, f64::from(args.fov).to_radians())
+            .ok_or_else(|| Failure::usage("--eye and --target are the same point: move one of them"))?
+    } else if let Some(reference) = &args.camera {
+        let id = find(loaded, reference)?;
+        View::of_camera(scene, derived, id).ok_or_else(|| {
+            let what = format!("--camera {reference}: no node of the scene that is shown carries it");
+            Failure::usage(what).in_file(path).remedy("choose another camera or another --scene")
+        })?
+    } else if let Some(view) = View::first_camera(scene, derived) {
+        view
+    } else {
+        let bounds = derived.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
+        View::framing(bounds, f64::from(args.size.width) / f64::from(args.size.height))
+    };
+    view.lens_radius = f64::from(args.aperture) * 0.5;
+    if let Some(distance) = args.focus_distance {
+        view.focus_distance = f64::from(distance);
+    }
+    Ok(view)
+}
+
+/// A camera by index, by its name, or by the name of a node that carries it.
+fn find(loaded: &Loaded, reference: &str) -> Result<CameraId, Failure> {
+    let scene = &loaded.scene;
+    let by_index = reference.parse::<usize>().ok().and_then(|index| scene.cameras().ids().nth(index));
+    let by_name = || scene.cameras().iter().find(|(_, c)| c.name.as_deref() == Some(reference)).map(|(id, _)| id);
+    let by_node = || {
+        let named = scene.nodes().iter().filter(|(_, n)| n.name.as_deref() == Some(reference));
+        named.filter_map(|(_, n)| n.camera).next()
+    };
+    by_index.or_else(by_name).or_else(by_node).ok_or_else(|| {
+        let names: Vec<String> = scene
+            .cameras()
+            .iter()
+            .enumerate()
+            .map(|(i, (_, c))| c.name.as_ref().map_or(i.to_string(), |n| format!("{i} ({n})")))
+            .collect();
+        let known = if names.is_empty() { "no cameras".into() } else { format!("only {}", names.join(", ")) };
+        Failure::usage(format!("--camera {reference}: the file has {known}")).in_file(&loaded.path)
+    })
+}

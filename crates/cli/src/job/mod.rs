@@ -1,0 +1,12 @@
+//! What a command does with a scene before and after the backend: loading, cameras, environments, checks, statistics.
+
+pub mod aov;
+pub mod camera;
+pub mod environment;
+pub mod load;
+pub mod progress;
+pub mod settings;
+pub mod validate;
+
+pub use load::{LoadOptions, Loaded, load};
+pub use progress::Progress;
