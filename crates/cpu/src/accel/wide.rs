@@ -10,7 +10,7 @@ pub const WIDTH: usize = 8;
 /// split up to 2^32 items into eight equal parts each.
 pub const MAX_DEPTH: usize = MAX_GROWN_DEPTH + 11;
 
-/// Levels that follow the binary tree. What lies deeper (a chain, from boxes that no split tells apart) is split by
+/// Levels that follow the binary tree. What lies deeper (long chains of nested boxes) is split by
 /// number instead.
 const MAX_GROWN_DEPTH: usize = 24;
 
@@ -125,7 +125,7 @@ impl WideTree {
                             tree.items.extend_from_slice(&binary.items()[range]);
                             Some((at, count as u8))
                         }
-                        BinaryNode::Inner(_) => None,
+                        BinaryNode::Inner(..) => None,
                     },
                     Pending::Counted { first, count } if count <= u32::from(max_leaf) => Some((first, count as u8)),
                     Pending::Counted { .. } => None,
@@ -174,20 +174,23 @@ impl WideTree {
     }
 }
 
-/// Opens the inner child with the largest box until there are eight children or only leaves.
+/// Opens the inner child with the largest box (of equal ones, with the most items) until there are eight children or only leaves.
 fn widest_children(binary: &BinaryTree, root: u32) -> Vec<Pending> {
-    let BinaryNode::Inner(first) = binary.node(root) else { return vec![Pending::Grown(root)] };
-    let mut children = vec![first, first + 1];
+    let BinaryNode::Inner(first, second) = binary.node(root) else { return vec![Pending::Grown(root)] };
+    let mut children = vec![first, second];
     while children.len() < WIDTH {
         let widest = (0..children.len())
             .filter_map(|i| match binary.node(children[i]) {
-                BinaryNode::Inner(grandchild) => Some((i, grandchild)),
+                BinaryNode::Inner(first, second) => Some((i, first, second)),
                 BinaryNode::Leaf { .. } => None,
             })
-            .max_by(|a, b| binary.area(children[a.0]).total_cmp(&binary.area(children[b.0])));
-        let Some((i, grandchild)) = widest else { break };
-        children[i] = grandchild;
-        children.push(grandchild + 1);
+            .max_by(|a, b| {
+                let (a, b) = (children[a.0], children[b.0]);
+                binary.area(a).total_cmp(&binary.area(b)).then(binary.count(a).cmp(&binary.count(b)))
+            });
+        let Some((i, first, second)) = widest else { break };
+        children[i] = first;
+        children.push(second);
     }
     children.into_iter().map(Pending::Grown).collect()
 }
@@ -196,7 +199,7 @@ fn append_items(binary: &BinaryTree, root: u32, items: &mut Vec<u32>) {
     let mut work = vec![root];
     while let Some(index) = work.pop() {
         match binary.node(index) {
-            BinaryNode::Inner(first) => work.extend([first + 1, first]),
+            BinaryNode::Inner(first, second) => work.extend([second, first]),
             BinaryNode::Leaf { first, count } => {
                 items.extend_from_slice(&binary.items()[first as usize..(first + count) as usize]);
             }
@@ -209,4 +212,93 @@ fn split_evenly(first: u32, count: u32, max_leaf: u8) -> Vec<Pending> {
     let parts = count.div_ceil(u32::from(max_leaf)).min(WIDTH as u32);
     let at = |i: u32| first + (u64::from(count) * u64::from(i) / u64::from(parts)) as u32;
     (0..parts).map(|i| Pending::Counted { first: at(i), count: at(i + 1) - at(i) }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Walks the whole tree: every item is in one leaf, boxes hold what is below them, and the depth keeps to its bound.
+    /// Returns the depth.
+    fn validate(tree: &WideTree, boxes: &[Bounds], max_leaf: u8) -> usize {
+        let mut seen = vec![false; boxes.len()];
+        let mut deepest = 0;
+        let mut work = if tree.nodes.is_empty() { vec![] } else { vec![(0usize, 1usize, tree.bounds())] };
+        let mut visited = 0;
+        while let Some((index, depth, around)) = work.pop() {
+            visited += 1;
+            deepest = deepest.max(depth);
+            let node = &tree.nodes[index];
+            assert!(node.used != 0 && node.used & node.used.wrapping_add(1) == 0, "slots fill from the first");
+            for slot in 0..WIDTH {
+                let (bounds, child, count) = (node.bounds(slot), node.child[slot] as usize, node.count[slot] as usize);
+                if node.used & (1 << slot) == 0 {
+                    assert!(bounds.is_empty());
+                    continue;
+                }
+                assert!(around.contains(&bounds));
+                assert_eq!(node.inner & (1 << slot) != 0, count == 0);
+                if count == 0 {
+                    assert!(child > index);
+                    work.push((child, depth + 1, bounds));
+                } else {
+                    assert!(count <= usize::from(max_leaf));
+                    for &item in &tree.items[child..child + count] {
+                        assert!(bounds.contains(&boxes[item as usize]));
+                        assert!(!std::mem::replace(&mut seen[item as usize], true), "item {item} is in two leaves");
+                    }
+                }
+            }
+        }
+        assert_eq!(visited, tree.nodes.len());
+        assert!(seen.iter().all(|&s| s));
+        assert!(deepest <= MAX_DEPTH);
+        deepest
+    }
+
+    fn cube(center: [f32; 3], half: f32) -> Bounds {
+        Bounds { lower: center.map(|c| c - half), upper: center.map(|c| c + half) }
+    }
+
+    #[test]
+    fn equal_boxes_make_a_balanced_tree() {
+        let boxes = vec![cube([1.0, 2.0, 3.0], 0.5); 100_000];
+        let depth = validate(&WideTree::build(&boxes, 4), &boxes, 4);
+        assert!(depth <= 7, "{depth}");
+    }
+
+    #[test]
+    fn nested_boxes_keep_to_the_depth_bound() {
+        // Each is within the next; sizes double, or grow evenly.
+        let doubling: Vec<Bounds> = (0..250).map(|i| cube([0.0; 3], (f64::from(i - 125).exp2()) as f32)).collect();
+        validate(&WideTree::build(&doubling, 1), &doubling, 1);
+        let even: Vec<Bounds> = (0..50_000).map(|i| cube([0.0; 3], i as f32)).collect();
+        validate(&WideTree::build(&even, 4), &even, 4);
+        // Off centre, so that each split cuts off a few.
+        let corner: Vec<Bounds> = (0..120)
+            .flat_map(|i| [Bounds { lower: [0.0; 3], upper: [(f64::from(i - 60).exp2()) as f32; 3] }; 40])
+            .collect();
+        validate(&WideTree::build(&corner, 1), &corner, 1);
+    }
+
+    #[test]
+    fn extreme_boxes_are_built_as_well() {
+        let all = Bounds { lower: [f32::NEG_INFINITY; 3], upper: [f32::INFINITY; 3] };
+        let boxes = [cube([0.0; 3], 0.0), cube([1e-40; 3], 1e-45), cube([3e38; 3], 1e37), all, cube([-3e38; 3], 0.0)];
+        for n in 0..=boxes.len() {
+            validate(&WideTree::build(&boxes[..n], 1), &boxes[..n], 1);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_tree_is_valid(
+            boxes in prop::collection::vec((prop::array::uniform3(-8i8..8), 0u8..4), 0..600),
+            max_leaf in 1u8..9,
+        ) {
+            let boxes: Vec<Bounds> = boxes.iter().map(|&(c, h)| cube(c.map(f32::from), f32::from(h))).collect();
+            validate(&WideTree::build(&boxes, max_leaf), &boxes, max_leaf);
+        }
+    }
 }

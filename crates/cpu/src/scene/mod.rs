@@ -3,6 +3,8 @@
 mod check;
 #[cfg(test)]
 pub(crate) mod testing;
+#[cfg(test)]
+mod tests;
 
 use crate::accel::{Blas, Tlas};
 use crate::trace::{self, Hit, Ray};

@@ -36,7 +36,6 @@ pub(crate) fn empty_batch() -> SceneBatch {
 }
 
 /// A batch that writes nothing to a scene and leaves it as it is.
-#[allow(dead_code, reason = "for the tests of batches")]
 pub(crate) fn batch_on(scene: &ResidentScene) -> SceneBatch {
     SceneBatch {
         expected_revision: scene.revision,
