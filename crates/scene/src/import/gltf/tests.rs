@@ -1,1 +1,0 @@
-//! Small documents, one per feature and per refusal.

@@ -1,0 +1,219 @@
+use super::*;
+use crate::model::*;
+
+fn material(material: Value) -> Material {
+    let doc = document(json!({
+        "images": [{ "uri": "data:image/png;base64,iVBORw==" }],
+        "textures": [{}, { "source": 0 }],
+        "materials": [material],
+    }));
+    load(&doc).materials().iter().next().unwrap().1.clone()
+}
+
+fn extension(name: &str, value: Value) -> Material {
+    material(json!({ "extensions": { name: value } }))
+}
+
+#[test]
+fn the_core_material_has_its_defaults_and_its_values() {
+    assert_eq!(material(json!({})), Material::default());
+    let m = material(json!({
+        "name": "m",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 0.3, 0.4],
+            "metallicFactor": 0.5,
+            "roughnessFactor": 0.6,
+            "metallicRoughnessTexture": { "index": 1, "texCoord": 1 },
+        },
+        "normalTexture": { "index": 0, "scale": 0.7 },
+        "occlusionTexture": { "index": 0, "strength": 0.8 },
+        "emissiveTexture": { "index": 0 },
+        "emissiveFactor": [0.1, 0.2, 0.3],
+        "alphaMode": "MASK",
+        "alphaCutoff": 0.9,
+        "doubleSided": true,
+    }));
+    assert_eq!((m.base_color, m.metallic, m.roughness), ([0.1, 0.2, 0.3, 0.4], 0.5, 0.6));
+    assert_eq!(m.metallic_roughness_texture.unwrap().tex_coord, 1);
+    assert_eq!((m.normal_texture.unwrap().scale, m.occlusion_texture.unwrap().scale), (0.7, 0.8));
+    assert_eq!((m.alpha_mode, m.alpha_cutoff, m.double_sided), (AlphaMode::Mask, Some(0.9), true));
+    assert_eq!((m.emissive, m.emissive_texture.unwrap().scale), ([0.1, 0.2, 0.3], 1.0));
+}
+
+#[test]
+fn scalar_extensions_have_their_defaults() {
+    assert!(extension("KHR_materials_unlit", json!({})).unlit);
+    assert_eq!(extension("KHR_materials_ior", json!({})).ior, Some(1.5));
+    assert_eq!(extension("KHR_materials_ior", json!({ "ior": 1.2 })).ior, Some(1.2));
+    let strength = extension("KHR_materials_emissive_strength", json!({ "emissiveStrength": 5 }));
+    assert_eq!(strength.emissive_strength, Some(5.0));
+    assert_eq!(extension("KHR_materials_dispersion", json!({ "dispersion": 0.1 })).dispersion, Some(0.1));
+}
+
+#[test]
+fn lobe_extensions_have_their_values_and_defaults() {
+    let m = extension(
+        "KHR_materials_clearcoat",
+        json!({ "clearcoatFactor": 0.5, "clearcoatNormalTexture": { "index": 0, "scale": 2 } }),
+    );
+    let coat = m.clearcoat.unwrap();
+    assert_eq!((coat.factor, coat.roughness, coat.normal_texture.unwrap().scale), (0.5, 0.0, 2.0));
+    let m = extension(
+        "KHR_materials_transmission",
+        json!({ "transmissionFactor": 0.5, "transmissionTexture": { "index": 1 } }),
+    );
+    assert!(m.transmission.is_some_and(|t| t.factor == 0.5 && t.texture.is_some()));
+    let m = extension("KHR_materials_diffuse_transmission", json!({ "diffuseTransmissionFactor": 0.5 }));
+    assert!(m.diffuse_transmission.is_some_and(|d| d.factor == 0.5 && d.color == [1.0; 3]));
+    let m = extension("KHR_materials_volume", json!({ "thicknessFactor": 2, "attenuationColor": [0.1, 0.2, 0.3] }));
+    let volume = m.volume.unwrap();
+    assert_eq!((volume.thickness, volume.attenuation_distance), (2.0, None));
+    assert_eq!(volume.attenuation_color, [0.1, 0.2, 0.3]);
+    let m = extension("KHR_materials_specular", json!({ "specularColorFactor": [2, 1, 1] }));
+    assert!(m.specular.is_some_and(|s| s.factor == 1.0 && s.color == [2.0, 1.0, 1.0]));
+    let m = extension("KHR_materials_sheen", json!({ "sheenColorFactor": [1, 0, 0], "sheenRoughnessFactor": 0.4 }));
+    assert!(m.sheen.is_some_and(|s| s.color == [1.0, 0.0, 0.0] && s.roughness == 0.4));
+    let m = extension("KHR_materials_iridescence", json!({ "iridescenceFactor": 1 }));
+    let film = m.iridescence.unwrap();
+    assert_eq!((film.ior, film.thickness_minimum, film.thickness_maximum), (1.3, 100.0, 400.0));
+    let m = extension("KHR_materials_anisotropy", json!({ "anisotropyStrength": 0.6, "anisotropyRotation": 1.5 }));
+    assert!(m.anisotropy.is_some_and(|a| a.strength == 0.6 && a.rotation == 1.5));
+}
+
+#[test]
+fn a_texture_transform_is_part_of_the_reference() {
+    let m = material(json!({ "pbrMetallicRoughness": { "baseColorTexture": {
+        "index": 1, "texCoord": 0,
+        "extensions": { "KHR_texture_transform": { "offset": [1, 2], "rotation": 3, "texCoord": 1, "extras": 5 }, "X": 1 },
+    } } }));
+    let info = m.base_color_texture.unwrap();
+    let transform = info.transform.unwrap();
+    assert_eq!((transform.offset, transform.rotation, transform.scale), ([1.0, 2.0], 3.0, [1.0; 2]));
+    assert_eq!((info.tex_coord, transform.tex_coord), (0, Some(1)));
+    assert_eq!(transform.extra.extras.as_deref(), Some(&json!(5)));
+    assert_eq!(info.extra.extensions.unwrap().keys().collect::<Vec<_>>(), ["X"]);
+}
+
+#[test]
+fn what_a_modelled_extension_carries_besides_is_kept_under_its_name() {
+    let m = extension("KHR_materials_unlit", json!({ "extras": { "a": 1 } }));
+    assert!(m.unlit);
+    assert_eq!(m.extra.extensions.unwrap()["KHR_materials_unlit"], json!({ "extras": { "a": 1 } }));
+    assert_eq!(extension("KHR_materials_unlit", json!({})).extra, Extra::default());
+}
+
+#[test]
+fn unrendered_lobes_are_those_that_would_be_seen() {
+    let lobes = |extensions: Value| {
+        load(&document(json!({ "materials": [{}, { "extensions": extensions }] }))).unrendered_lobes()
+    };
+    assert!(lobes(json!({ "KHR_materials_ior": { "ior": 1.1 }, "KHR_materials_unlit": {} })).is_empty());
+    assert!(
+        lobes(json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 0 }, "KHR_materials_specular": {} })).is_empty()
+    );
+    let two = lobes(json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_clearcoat": { "clearcoatFactor": 0.1 },
+    }));
+    assert_eq!(two, ["KHR_materials_clearcoat", "KHR_materials_transmission"]);
+}
+
+#[test]
+fn lights_hang_at_nodes() {
+    let scene = load(&document(json!({
+        "extensions": { "KHR_lights_punctual": { "lights": [
+            { "type": "directional", "color": [1, 0.5, 0], "intensity": 3 },
+            { "type": "spot", "range": 5, "spot": { "innerConeAngle": 0.1, "extras": 1 } },
+        ] } },
+        "nodes": [{ "extensions": { "KHR_lights_punctual": { "light": 1 } } }],
+    })));
+    let lights: Vec<&Light> = scene.lights().iter().map(|(_, l)| l).collect();
+    assert_eq!((lights[0].color, lights[0].intensity, lights[0].kind), ([1.0, 0.5, 0.0], 3.0, LightKind::Directional));
+    let cone = LightKind::Spot { inner_cone_angle: 0.1, outer_cone_angle: std::f64::consts::FRAC_PI_4 };
+    assert_eq!((lights[1].kind, lights[1].range, lights[1].intensity), (cone, Some(5.0), 1.0));
+    assert_eq!(lights[1].spot_extra.extras.as_deref(), Some(&json!(1)));
+    let node = scene.nodes().iter().next().unwrap().1;
+    assert_eq!((node.light, &node.extra), (scene.lights().ids().nth(1), &Extra::default()));
+}
+
+#[test]
+fn visibility_instancing_and_variants_are_typed() {
+    let mut doc = triangle_with(
+        "/nodes/0/extensions",
+        json!({
+            "KHR_node_visibility": { "visible": false },
+            "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 0, "_ID": 1 } },
+        }),
+    );
+    merge(
+        &mut doc,
+        json!({
+            "materials": [{}],
+            "extensions": { "KHR_materials_variants": { "variants": [{ "name": "red" }, { "name": "blue" }] } },
+        }),
+    );
+    let mappings = json!([{ "material": 0, "variants": [1], "name": "m" }]);
+    let doc =
+        with(doc, "/meshes/0/primitives/0/extensions", json!({ "KHR_materials_variants": { "mappings": mappings } }));
+    let scene = load(&doc);
+    let node = scene.nodes().iter().next().unwrap().1;
+    assert_eq!(node.visible, Some(false));
+    let accessors: Vec<AccessorId> = scene.accessors().ids().collect();
+    let instancing = node.instancing.as_ref().unwrap();
+    assert_eq!((instancing.translation, instancing.scale), (Some(accessors[0]), None));
+    assert_eq!(instancing.custom, [("_ID".to_owned(), accessors[1])]);
+    assert_eq!(scene.variants().iter().map(|(_, v)| v.name.as_str()).collect::<Vec<_>>(), ["red", "blue"]);
+    let mapping = &scene.meshes().iter().next().unwrap().1.primitives[0].variants[0];
+    assert_eq!(mapping.variants, [scene.variants().ids().nth(1).unwrap()]);
+    assert_eq!(mapping.material, scene.materials().ids().next().unwrap());
+}
+
+#[test]
+fn a_required_extension_that_is_not_supported_is_refused_by_name() {
+    for name in ["KHR_draco_mesh_compression", "KHR_materials_pbrSpecularGlossiness", "VENDOR_new"] {
+        let message = refusal(&document(json!({ "extensionsRequired": ["KHR_materials_unlit", name] })));
+        assert!(message.starts_with("a.gltf: /extensionsRequired/1: "), "{message}");
+        assert!(message.contains(name), "{message}");
+    }
+}
+
+#[test]
+fn an_unknown_optional_extension_is_a_warning_by_name() {
+    let list = warnings(&document(json!({ "extensionsUsed": ["KHR_materials_sheen", "VENDOR_new"] })));
+    assert_eq!(list, ["/extensionsUsed/1: extension VENDOR_new is not known; its data is kept, but has no effect"]);
+}
+
+#[test]
+fn compressed_geometry_without_a_fallback_is_refused_and_with_one_loads() {
+    let draco = json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } });
+    let with_fallback = triangle_with("/meshes/0/primitives/0/extensions", draco);
+    let scene = load(&with_fallback);
+    let primitive = &scene.meshes().iter().next().unwrap().1.primitives[0];
+    assert!(primitive.extra.extensions.as_ref().unwrap().contains_key("KHR_draco_mesh_compression"));
+    let empty = json!({ "componentType": 5126, "count": 3, "type": "VEC3" });
+    let message = refusal(&with(with_fallback, "/accessors/0", empty));
+    assert!(message.contains("/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression"), "{message}");
+
+    let mut meshopt = triangle();
+    meshopt["buffers"][0].as_object_mut().unwrap().remove("uri");
+    let extension = json!({ "EXT_meshopt_compression": { "buffer": 0 } });
+    let message = refusal(&with(meshopt, "/bufferViews/0/extensions", extension));
+    assert!(message.starts_with("a.gltf: /bufferViews/0: "), "{message}");
+    assert!(message.contains("EXT_meshopt_compression"), "{message}");
+}
+
+#[test]
+fn a_texture_whose_image_is_only_in_an_unsupported_form_has_none() {
+    let webp = "data:image/webp;base64,UklGRgAAAABXRUJQ";
+    let doc = document(json!({
+        "extensionsUsed": ["EXT_texture_webp"],
+        "images": [{ "uri": webp }],
+        "textures": [{ "extensions": { "EXT_texture_webp": { "source": 0 } } }, { "source": 0 }],
+    }));
+    let imported = import(&doc).unwrap();
+    let sources: Vec<bool> = imported.scene.textures().iter().map(|(_, t)| t.source.is_some()).collect();
+    assert_eq!(sources, [false, true]);
+    let list: Vec<String> = imported.warnings.iter().map(ToString::to_string).collect();
+    assert!(list[1].starts_with("/textures/0: its image is only given by EXT_texture_webp"), "{list:?}");
+    assert!(list[2].starts_with("/textures/1/source: the image is image/webp"), "{list:?}");
+}
