@@ -1,0 +1,199 @@
+//! The nodes, their free list, and the log of what was written since the last batch was taken.
+
+use core::ops::Index;
+
+use crate::node::{FREE, NONE, Node, NodeId};
+use crate::scalar::Scalar;
+
+/// The explicit writes that bring a copy of the arena up to date.
+///
+/// A copy that had every earlier batch grows to `arena_len` with [`Node::FREE`], copies the record of every `written` node from
+/// the tree, and sets every `freed` one to [`Node::FREE`]. No node is named twice.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeWrites {
+    /// Live nodes whose record changed.
+    pub written: Vec<NodeId>,
+    /// Nodes that were live when the batch began and are not now.
+    pub freed: Vec<NodeId>,
+    /// The root, `None` for the empty tree.
+    pub new_root: Option<NodeId>,
+    /// Nodes in the arena, free ones included.
+    pub arena_len: usize,
+}
+
+/// A log entry of a node that was free when the batch began.
+const FRESH: u32 = 1 << 31;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Arena<S, const N: usize> {
+    nodes: Vec<Node<S, N>>,
+    free: Vec<u32>,
+    /// One bit per node: in the log already.
+    logged: Vec<u64>,
+    log: Vec<u32>,
+}
+
+impl<S: Scalar, const N: usize> Arena<S, N> {
+    pub(crate) const fn new() -> Self {
+        Self { nodes: Vec::new(), free: Vec::new(), logged: Vec::new(), log: Vec::new() }
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node<S, N>] {
+        &self.nodes
+    }
+
+    pub(crate) fn free_list(&self) -> &[u32] {
+        &self.free
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_live(&self, id: u32) -> bool {
+        self.nodes.get(id as usize).is_some_and(|n| n.parent != FREE)
+    }
+
+    pub(crate) fn reserve(&mut self, additional: usize) {
+        let fresh = additional.saturating_sub(self.free.len());
+        self.nodes.reserve(fresh);
+        self.logged.reserve(fresh / 64 + 1);
+    }
+
+    /// Takes a free slot, or the end. Freed slots are used again last in, first out.
+    #[inline]
+    pub(crate) fn alloc(&mut self, node: Node<S, N>) -> u32 {
+        let id = match self.free.pop() {
+            Some(id) => {
+                self.nodes[id as usize] = node;
+                id
+            }
+            None => {
+                let id = self.nodes.len() as u32;
+                assert!(id < FRESH, "2^31 nodes hold more items than there are ids");
+                self.nodes.push(node);
+                if id.is_multiple_of(64) {
+                    self.logged.push(0);
+                }
+                id
+            }
+        };
+        self.note(id, FRESH);
+        id
+    }
+
+    pub(crate) fn release(&mut self, id: u32) {
+        self.note(id, 0);
+        self.nodes[id as usize] = Node::FREE;
+        self.free.push(id);
+    }
+
+    pub(crate) fn clear(&mut self) {
+        for id in 0..self.nodes.len() as u32 {
+            if self.is_live(id) {
+                self.note(id, 0);
+                self.nodes[id as usize] = Node::FREE;
+            }
+        }
+        // Lowest ids first, so that what is built next lies in order.
+        self.free.clear();
+        self.free.extend((0..self.nodes.len() as u32).rev());
+    }
+
+    /// The node, to change its record: it goes into the next batch.
+    #[inline(always)]
+    pub(crate) fn write(&mut self, id: u32) -> &mut Node<S, N> {
+        self.note(id, 0);
+        &mut self.nodes[id as usize]
+    }
+
+    /// The node, to change its links alone.
+    #[inline(always)]
+    pub(crate) fn links(&mut self, id: u32) -> &mut Node<S, N> {
+        &mut self.nodes[id as usize]
+    }
+
+    #[inline(always)]
+    fn note(&mut self, id: u32, flag: u32) {
+        let (word, bit) = (id as usize / 64, 1u64 << (id % 64));
+        if self.logged[word] & bit == 0 {
+            self.logged[word] |= bit;
+            self.log.push(id | flag);
+        }
+    }
+
+    /// Moves the log into `writes` and begins the next batch.
+    pub(crate) fn drain(&mut self, root: u32, writes: &mut NodeWrites) {
+        writes.written.clear();
+        writes.freed.clear();
+        for &entry in &self.log {
+            let id = entry & !FRESH;
+            self.logged[id as usize / 64] &= !(1u64 << (id % 64));
+            if self.nodes[id as usize].parent != FREE {
+                writes.written.push(NodeId(id));
+            } else if entry & FRESH == 0 {
+                writes.freed.push(NodeId(id));
+            }
+        }
+        self.log.clear();
+        writes.new_root = (root != NONE).then_some(NodeId(root));
+        writes.arena_len = self.nodes.len();
+    }
+
+    /// Nodes in the log of the open batch.
+    pub(crate) fn log_len(&self) -> usize {
+        self.log.len()
+    }
+}
+
+impl<S: Scalar, const N: usize> Index<u32> for Arena<S, N> {
+    type Output = Node<S, N>;
+
+    #[inline(always)]
+    fn index(&self, id: u32) -> &Node<S, N> {
+        &self.nodes[id as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arena_with(count: usize) -> Arena<f32, 3> {
+        let mut arena = Arena::new();
+        for _ in 0..count {
+            arena.alloc(Node { parent: NONE, ..Node::FREE });
+        }
+        arena.drain(NONE, &mut NodeWrites::default());
+        arena
+    }
+
+    #[test]
+    fn a_node_is_in_a_batch_once_however_often_it_is_written() {
+        let mut arena = arena_with(3);
+        arena.write(1);
+        arena.write(1);
+        let mut writes = NodeWrites::default();
+        arena.drain(0, &mut writes);
+        assert_eq!(writes.written, [NodeId(1)]);
+        assert!(writes.freed.is_empty());
+    }
+
+    #[test]
+    fn a_node_that_was_taken_and_given_back_in_one_batch_is_not_mentioned() {
+        let mut arena = arena_with(1);
+        let id = arena.alloc(Node { parent: NONE, ..Node::FREE });
+        arena.release(id);
+        let mut writes = NodeWrites::default();
+        arena.drain(0, &mut writes);
+        assert!(writes.written.is_empty() && writes.freed.is_empty());
+        assert_eq!(writes.arena_len, 2);
+    }
+
+    #[test]
+    fn a_freed_slot_that_is_taken_again_in_the_same_batch_is_a_write() {
+        let mut arena = arena_with(2);
+        arena.release(0);
+        assert_eq!(arena.alloc(Node { parent: NONE, ..Node::FREE }), 0);
+        let mut writes = NodeWrites::default();
+        arena.drain(0, &mut writes);
+        assert_eq!((writes.written, writes.freed), (vec![NodeId(0)], vec![]));
+    }
+}

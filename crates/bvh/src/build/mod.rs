@@ -1,0 +1,147 @@
+//! Builders: from a set of boxes to a tree in one go.
+
+pub(crate) mod draft;
+mod morton;
+mod ploc;
+pub(crate) mod sah;
+
+use crate::aabb::Aabb;
+use crate::error::BvhError;
+use crate::node::{Child, ChildKind, MAX_ITEM, NONE, Node};
+use crate::scalar::Scalar;
+use crate::tree::{ABSENT, Bvh, MAX_DEPTH};
+use draft::{Draft, Part};
+
+/// How a tree is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Builder {
+    /// Bottom up along a Morton curve (PLOC): every pass joins the clusters that are each other's nearest among `radius`
+    /// neighbours on either side.
+    Ploc {
+        /// Neighbours on each side that are looked at, 1 to 32.
+        radius: usize,
+        /// Passes, from the first on, that look at one neighbour only, whatever `radius` says: these are the longest.
+        coarse_passes: usize,
+    },
+    /// Top down by the surface area heuristic in 16 bins on every axis.
+    Sah,
+}
+
+impl Builder {
+    /// The least time: PLOC with one neighbour.
+    pub const fn fastest() -> Self {
+        Self::Ploc { radius: 1, coarse_passes: 0 }
+    }
+
+    /// Little more time than [`Self::fastest`], and a better tree.
+    pub const fn fast() -> Self {
+        Self::Ploc { radius: 6, coarse_passes: 2 }
+    }
+
+    /// PLOC with enough neighbours for a good tree.
+    pub const fn medium() -> Self {
+        Self::Ploc { radius: 14, coarse_passes: 3 }
+    }
+
+    /// The best tree: binned SAH.
+    pub const fn best() -> Self {
+        Self::Sah
+    }
+}
+
+impl<S: Scalar, const N: usize> Bvh<S, N> {
+    /// Builds a tree over boxes; the item of each is its index.
+    ///
+    /// # Errors
+    /// [`BvhError::BadBounds`], [`BvhError::ItemOutOfRange`].
+    pub fn build(boxes: &[Aabb<S, N>], builder: Builder) -> Result<Self, BvhError> {
+        let mut bvh = Self::new();
+        bvh.build_from(boxes.len(), |i| (i as u32, boxes[i]), builder)?;
+        Ok(bvh)
+    }
+
+    /// Builds a tree over items with their boxes.
+    ///
+    /// # Errors
+    /// [`BvhError::BadBounds`], [`BvhError::ItemOutOfRange`], [`BvhError::DuplicateItem`].
+    pub fn build_items(items: &[(u32, Aabb<S, N>)], builder: Builder) -> Result<Self, BvhError> {
+        let mut bvh = Self::new();
+        bvh.build_from(items.len(), |i| items[i], builder)?;
+        Ok(bvh)
+    }
+
+    /// Builds the tree anew from its own leaves. Every node is written or freed.
+    pub fn rebuild(&mut self, builder: Builder) {
+        let leaves = self.leaves_in_order();
+        self.clear();
+        let rebuilt = self.build_from(leaves.len(), |i| leaves[i], builder);
+        debug_assert_eq!(rebuilt, Ok(()), "the boxes and items of a tree are good");
+    }
+
+    /// Builds into an empty tree. On an error the tree stays empty.
+    fn build_from(
+        &mut self,
+        count: usize,
+        item: impl Fn(usize) -> (u32, Aabb<S, N>),
+        builder: Builder,
+    ) -> Result<(), BvhError> {
+        if count > MAX_ITEM as usize + 1 {
+            return Err(BvhError::ItemOutOfRange { item: MAX_ITEM + 1 });
+        }
+        self.enter_items(count, &item).inspect_err(|_| self.places.clear())?;
+        self.len = count;
+
+        let mut draft = Draft::default();
+        let top = match (count, builder) {
+            (0, _) => return Ok(()),
+            (1, _) => {
+                let (item, bounds) = item(0);
+                Part { child: Child::leaf(item), bounds, height: 0 }
+            }
+            (_, Builder::Ploc { radius, coarse_passes }) => {
+                ploc::build(&mut draft, count, &item, radius, coarse_passes)
+            }
+            (_, Builder::Sah) => {
+                let mut parts: Vec<_> = (0..count)
+                    .map(|i| {
+                        let (item, bounds) = item(i);
+                        Part { child: Child::leaf(item), bounds, height: 0 }
+                    })
+                    .collect();
+                sah::build(&mut draft, &mut parts, MAX_DEPTH)
+            }
+        };
+        self.arena.reserve(count.saturating_sub(1).max(1));
+        if let ChildKind::Node(root) = top.child.kind() {
+            self.root = self.install(&draft.nodes, root.0, NONE);
+        } else {
+            self.root = self.arena.alloc(Node { parent: NONE, ..Node::FREE });
+            self.set_child(self.root, 0, top.child, top.bounds, top.height);
+        }
+        self.parents_first = self.arena.free_list().is_empty();
+        self.limit_depth();
+        Ok(())
+    }
+
+    /// Checks every item and box, and makes the item map, as large as the highest item demands.
+    fn enter_items(&mut self, count: usize, item: impl Fn(usize) -> (u32, Aabb<S, N>)) -> Result<(), BvhError> {
+        let mut highest = 0;
+        for i in 0..count {
+            let (item, bounds) = item(i);
+            bounds.check(item)?;
+            highest = highest.max(item);
+        }
+        if highest > MAX_ITEM {
+            return Err(BvhError::ItemOutOfRange { item: highest });
+        }
+        self.places = vec![ABSENT; if count == 0 { 0 } else { highest as usize + 1 }];
+        for i in 0..count {
+            let (item, _) = item(i);
+            // Any place but ABSENT tells that the item came before; the true one follows with its leaf.
+            if core::mem::replace(&mut self.places[item as usize], 0) != ABSENT {
+                return Err(BvhError::DuplicateItem { item });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,274 @@
+//! Top-down splits by the surface area heuristic in bins: Wald, "On fast Construction of SAH-based Bounding Volume
+//! Hierarchies", IEEE Symposium on Interactive Ray Tracing 2007, on every axis.
+
+use super::draft::{Draft, Part};
+use crate::aabb::Aabb;
+use crate::node::{Child, ChildKind, NONE, Node, NodeId};
+use crate::scalar::{Real, Scalar, greater, lesser};
+
+/// Bins on each axis.
+const BINS: usize = 16;
+
+/// A range of the parts that becomes a child of a node.
+struct Task<S, const N: usize> {
+    start: usize,
+    end: usize,
+    bounds: Aabb<S, N>,
+    /// The node, and which of its children; [`NONE`] for the top.
+    parent: u32,
+    slot: usize,
+    /// Nodes that may still lie above a leaf.
+    levels: u32,
+}
+
+/// Builds over at least one part. The nodes are at most `levels` deep above the parts, which has to be at least the
+/// logarithm of their count: where a split would leave one side too few levels, the halves are made equal.
+pub(crate) fn build<S: Scalar, const N: usize>(
+    draft: &mut Draft<S, N>,
+    parts: &mut [Part<S, N>],
+    levels: u32,
+) -> Part<S, N> {
+    let first_node = draft.nodes.len();
+    let everything = parts.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds));
+    draft.nodes.reserve(parts.len().saturating_sub(1));
+    let mut top = parts[0];
+    let mut tasks = vec![Task { start: 0, end: parts.len(), bounds: everything, parent: NONE, slot: 0, levels }];
+    while let Some(task) = tasks.pop() {
+        let range = &mut parts[task.start..task.end];
+        let part = if let [part] = range {
+            *part
+        } else {
+            let id = draft.nodes.len() as u32;
+            draft.nodes.push(Node::FREE);
+            let below = task.levels.saturating_sub(1);
+            let split = split(range, below);
+            for (slot, start, end, bounds) in [
+                (1, task.start + split.left, task.end, split.bounds[1]),
+                (0, task.start, task.start + split.left, split.bounds[0]),
+            ] {
+                tasks.push(Task { start, end, bounds, parent: id, slot, levels: below });
+            }
+            Part { bounds: task.bounds, child: Child::node(NodeId(id)), height: 0 }
+        };
+        if task.parent == NONE {
+            top = part;
+        } else {
+            let parent = &mut draft.nodes[task.parent as usize];
+            parent.child[task.slot] = part.child;
+            parent.bounds[task.slot] = part.bounds;
+            parent.height[task.slot] = part.height;
+        }
+    }
+    // Children come after their parents: from the back, every height is known when it is asked for.
+    for id in (first_node..draft.nodes.len()).rev() {
+        for slot in 0..2 {
+            if let ChildKind::Node(child) = draft.nodes[id].child[slot].kind()
+                && child.index() >= first_node
+            {
+                draft.nodes[id].height[slot] = draft.nodes[child.index()].own_height();
+            }
+        }
+    }
+    if let ChildKind::Node(id) = top.child.kind()
+        && id.index() >= first_node
+    {
+        top.height = draft.nodes[id.index()].own_height();
+    }
+    top
+}
+
+/// The first `left` parts go to the first child.
+struct Split<S, const N: usize> {
+    left: usize,
+    bounds: [Aabb<S, N>; 2],
+}
+
+fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32) -> Split<S, N> {
+    if let [a, b] = parts {
+        return Split { left: 1, bounds: [a.bounds, b.bounds] };
+    }
+    let centres = Centres::of(parts);
+    if let Some(plane) = best_plane(parts, &centres) {
+        let left = partition(parts, |part| centres.bin(part, plane.axis) < plane.bin);
+        let fits = |count: usize| count.next_power_of_two().trailing_zeros() <= levels;
+        if fits(left) && fits(parts.len() - left) {
+            return Split { left, bounds: plane.bounds };
+        }
+    }
+    let left = parts.len() / 2;
+    if let Some(axis) = centres.longest_axis() {
+        parts.select_nth_unstable_by(left, |a, b| {
+            let key = |part: &Part<S, N>| centres.centre(part)[axis];
+            key(a).partial_cmp(&key(b)).unwrap_or(core::cmp::Ordering::Equal)
+        });
+    }
+    let unite = |half: &[Part<S, N>]| half.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds));
+    Split { left, bounds: [unite(&parts[..left]), unite(&parts[left..])] }
+}
+
+/// Where the centres lie, unbounded boxes clipped to the others.
+struct Centres<S: Scalar, const N: usize> {
+    clip: Aabb<S, N>,
+    low: [S::Real; N],
+    extent: [S::Real; N],
+    /// Bins per unit.
+    scale: [S::Real; N],
+}
+
+impl<S: Scalar, const N: usize> Centres<S, N> {
+    fn of(parts: &[Part<S, N>]) -> Self {
+        let mut clip = Aabb::EMPTY;
+        let mut capped = false;
+        let mut low = [S::Real::INFINITY; N];
+        let mut high = [S::Real::ZERO - S::Real::INFINITY; N];
+        let mut include = |centre: [S::Real; N]| {
+            for a in 0..N {
+                low[a] = lesser(low[a], centre[a]);
+                high[a] = greater(high[a], centre[a]);
+            }
+        };
+        for part in parts {
+            if part.bounds.is_capped() {
+                capped = true;
+            } else {
+                clip = clip.union(&part.bounds);
+                include(part.bounds.centre2());
+            }
+        }
+        if capped && clip != Aabb::EMPTY {
+            for part in parts.iter().filter(|part| part.bounds.is_capped()) {
+                include(part.bounds.centre2_in(&clip));
+            }
+        }
+        let bins = S::Real::from_f64(BINS as f64 * 0.999_999);
+        let mut centres = Self { clip, low, extent: [S::Real::ZERO; N], scale: [S::Real::ZERO; N] };
+        for a in 0..N {
+            let extent = high[a] - low[a];
+            if extent > S::Real::ZERO && extent < S::Real::INFINITY {
+                centres.extent[a] = extent;
+                centres.scale[a] = bins * extent.recip();
+            }
+        }
+        centres
+    }
+
+    #[inline(always)]
+    fn centre(&self, part: &Part<S, N>) -> [S::Real; N] {
+        if part.bounds.is_capped() { part.bounds.centre2_in(&self.clip) } else { part.bounds.centre2() }
+    }
+
+    #[inline(always)]
+    fn bin(&self, part: &Part<S, N>, axis: usize) -> usize {
+        let at = (self.centre(part)[axis] - self.low[axis]) * self.scale[axis];
+        (at.to_u32() as usize).min(BINS - 1)
+    }
+
+    /// `None` if all centres are the same.
+    fn longest_axis(&self) -> Option<usize> {
+        let mut longest = 0;
+        for a in 1..N {
+            if self.extent[a] > self.extent[longest] {
+                longest = a;
+            }
+        }
+        (self.extent[longest] > S::Real::ZERO).then_some(longest)
+    }
+}
+
+/// Parts in bins below `bin` go to the first child.
+struct Plane<S, const N: usize> {
+    axis: usize,
+    bin: usize,
+    bounds: [Aabb<S, N>; 2],
+}
+
+/// The plane between bins with the least sum of surface times count; `None` if all centres are the same.
+fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres<S, N>) -> Option<Plane<S, N>> {
+    let mut bounds = [[Aabb::EMPTY; BINS]; N];
+    let mut counts = [[0u32; BINS]; N];
+    for part in parts {
+        let centre = centres.centre(part);
+        for a in 0..N {
+            let at = (centre[a] - centres.low[a]) * centres.scale[a];
+            let bin = (at.to_u32() as usize).min(BINS - 1);
+            bounds[a][bin] = bounds[a][bin].union(&part.bounds);
+            counts[a][bin] += 1;
+        }
+    }
+    let mut best_cost = S::Real::INFINITY;
+    let mut best = None;
+    for axis in (0..N).filter(|&a| centres.extent[a] > S::Real::ZERO) {
+        // `right[bin]`: bounds, and surface times count, of this bin and those above.
+        let mut right = [(Aabb::EMPTY, S::Real::ZERO); BINS];
+        let (mut all, mut count) = (Aabb::EMPTY, 0);
+        for bin in (1..BINS).rev() {
+            all = all.union(&bounds[axis][bin]);
+            count += counts[axis][bin];
+            right[bin] = (all, weight::<S, N>(&all, count));
+        }
+        let (mut all, mut count) = (Aabb::EMPTY, 0);
+        for bin in 1..BINS {
+            all = all.union(&bounds[axis][bin - 1]);
+            count += counts[axis][bin - 1];
+            let cost = weight::<S, N>(&all, count) + right[bin].1;
+            if count > 0 && count < parts.len() as u32 && cost < best_cost {
+                best_cost = cost;
+                best = Some(Plane { axis, bin, bounds: [all, right[bin].0] });
+            }
+        }
+    }
+    best
+}
+
+#[inline(always)]
+fn weight<S: Scalar, const N: usize>(bounds: &Aabb<S, N>, count: u32) -> S::Real {
+    if count == 0 { S::Real::ZERO } else { bounds.half_area() * S::Real::from_f64(f64::from(count)) }
+}
+
+/// Parts for which the predicate holds to the front. Returns their count.
+fn partition<T>(parts: &mut [T], first: impl Fn(&T) -> bool) -> usize {
+    let (mut left, mut right) = (0, parts.len());
+    while left < right {
+        if first(&parts[left]) {
+            left += 1;
+        } else {
+            right -= 1;
+            parts.swap(left, right);
+        }
+    }
+    left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leaf(item: u32, at: f64) -> Part<f64, 3> {
+        Part { bounds: Aabb::new([at, 0.0, 0.0], [at + 1.0, 1.0, 1.0]), child: Child::leaf(item), height: 0 }
+    }
+
+    #[test]
+    fn two_heaps_are_split_between_them() {
+        let mut parts: Vec<_> = (0..10).map(|i| leaf(i, f64::from(i % 2) * 100.0 + f64::from(i))).collect();
+        let split = split(&mut parts, 64);
+        assert_eq!(split.left, 5);
+        assert!(split.bounds[0].max[0] < split.bounds[1].min[0]);
+    }
+
+    #[test]
+    fn no_leaf_is_deeper_than_the_levels_given() {
+        // Every split by surface takes one part off.
+        let mut parts: Vec<_> = (0..64).map(|i| leaf(i, 4f64.powi(i as i32))).collect();
+        let mut draft = Draft::default();
+        assert!(build(&mut draft, &mut parts.clone(), 64).height > 20);
+        draft.nodes.clear();
+        assert!(build(&mut draft, &mut parts, 7).height <= 7);
+        assert_eq!(draft.nodes.len(), 63);
+    }
+
+    #[test]
+    fn equal_boxes_make_a_balanced_tree() {
+        let mut parts: Vec<_> = (0..1024).map(|i| leaf(i, 0.0)).collect();
+        assert_eq!(build(&mut Draft::default(), &mut parts, 64).height, 10);
+    }
+}

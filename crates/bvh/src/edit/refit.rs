@@ -1,0 +1,134 @@
+//! New boxes for many leaves at once: every node above is mended once.
+
+use crate::aabb::Aabb;
+use crate::error::BvhError;
+use crate::node::{Child, ChildKind, NONE, NodeId};
+use crate::scalar::Scalar;
+use crate::tree::Bvh;
+
+/// From one in this many leaves on, a sweep over the whole arena is cheaper than following parents.
+const SWEEP_FROM: usize = 8;
+
+impl<S: Scalar, const N: usize> Bvh<S, N> {
+    /// Gives items other boxes; leaves stay where they are. Nodes above are mended bottom up, each once, and rotated where
+    /// that makes them smaller. Reads and writes the nodes above the given leaves and no others, unless most leaves change
+    /// at once in a tree that was not edited since it was built: then one sweep over the arena mends all, and rotations are
+    /// left to [`Self::optimize`]. Of two boxes for one item the later holds.
+    ///
+    /// # Errors
+    /// [`BvhError::BadBounds`], [`BvhError::UnknownItem`]; the tree is then unchanged.
+    pub fn refit(&mut self, boxes: &[(u32, Aabb<S, N>)]) -> Result<(), BvhError> {
+        for (item, bounds) in boxes {
+            bounds.check(*item)?;
+            if !self.contains(*item) {
+                return Err(BvhError::UnknownItem { item: *item });
+            }
+        }
+        if self.parents_first && boxes.len() >= self.len / SWEEP_FROM {
+            for &(item, bounds) in boxes {
+                self.set_leaf_bounds(item, bounds);
+            }
+            self.sweep();
+        } else {
+            self.refit_paths(boxes);
+        }
+        Ok(())
+    }
+
+    /// The node whose child changed, or `None` if the item has this box already.
+    fn set_leaf_bounds(&mut self, item: u32, bounds: Aabb<S, N>) -> Option<u32> {
+        let (node, slot) = self.place(item)?;
+        if self.arena[node].bounds[slot] == bounds {
+            return None;
+        }
+        self.arena.write(node).bounds[slot] = bounds;
+        self.counters.written += 1;
+        Some(node)
+    }
+
+    /// Children come after their parents, so from the back every child is mended before its parent reads it.
+    fn sweep(&mut self) {
+        let count = self.arena.nodes().len() as u32;
+        self.counters.visited += u64::from(count);
+        for node in (0..count).rev() {
+            for slot in 0..2 {
+                let n = &self.arena[node];
+                if let ChildKind::Node(child) = n.child[slot].kind() {
+                    let union = self.arena[child.0].union();
+                    if n.bounds[slot] != union {
+                        self.arena.write(node).bounds[slot] = union;
+                        self.counters.written += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Nodes wait in one list per height, and lower lists are done first. Where rotations lifted a child above its parent's
+    /// list, the parent waits a second time.
+    fn refit_paths(&mut self, boxes: &[(u32, Aabb<S, N>)]) {
+        let mut waiting: Vec<Vec<u32>> = Vec::new();
+        let mut queued = vec![0u64; if boxes.len() > 64 { self.arena.nodes().len().div_ceil(64) } else { 0 }];
+        for &(item, bounds) in boxes {
+            if let Some(node) = self.set_leaf_bounds(item, bounds) {
+                let height = usize::from(self.arena[node].own_height());
+                enqueue(&mut waiting, &mut queued, height, node);
+            }
+        }
+        let mut height = 0;
+        while height < waiting.len() {
+            // A list does not grow while it is worked on: parents go to higher ones.
+            for node in core::mem::take(&mut waiting[height]) {
+                if let Some(word) = queued.get_mut(node as usize / 64) {
+                    *word &= !(1u64 << (node % 64));
+                }
+                if let Some(parent) = self.mend(node) {
+                    let above = usize::from(self.arena[parent].own_height()).max(height + 1);
+                    enqueue(&mut waiting, &mut queued, above, parent);
+                }
+            }
+            height += 1;
+        }
+        self.limit_depth();
+    }
+
+    /// Rotates a node and carries its bounds and height to its parent, which is returned if they changed.
+    fn mend(&mut self, node: u32) -> Option<u32> {
+        self.counters.visited += 1;
+        self.rotate(node);
+        let n = &self.arena[node];
+        let (parent, bounds, height) = (n.parent, n.union(), n.own_height());
+        if parent == NONE {
+            return None;
+        }
+        let above = &self.arena[parent];
+        let slot = above.slot_of(Child::node(NodeId(node)));
+        if above.bounds[slot] != bounds {
+            self.arena.write(parent).bounds[slot] = bounds;
+            self.counters.written += 1;
+        } else if above.height[slot] == height {
+            return None;
+        }
+        self.arena.links(parent).height[slot] = height;
+        Some(parent)
+    }
+}
+
+/// Puts a node into the list of its height, if it is not waiting already. Without bits (few leaves) the lists are short enough to be searched.
+fn enqueue(waiting: &mut Vec<Vec<u32>>, queued: &mut [u64], height: usize, node: u32) {
+    if waiting.len() <= height {
+        waiting.resize_with(height + 1, Vec::new);
+    }
+    let known = match queued.get_mut(node as usize / 64) {
+        Some(word) => {
+            let bit = 1u64 << (node % 64);
+            let known = *word & bit != 0;
+            *word |= bit;
+            known
+        }
+        None => waiting[height].contains(&node),
+    };
+    if !known {
+        waiting[height].push(node);
+    }
+}
