@@ -57,7 +57,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             root: NONE,
             places: Vec::new(),
             len: 0,
-            search: SiblingSearch::Greedy,
+            search: SiblingSearch::fast(),
             counters: Counters { visited: 0, written: 0, rotations: 0, depth_repairs: 0 },
             parents_first: false,
         }

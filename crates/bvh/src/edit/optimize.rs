@@ -4,6 +4,9 @@
 //! the search of Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", Computer Graphics
 //! Forum 2018, section 3, here with each move applied before the next search, so that no two can conflict.
 
+use core::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 use crate::edit::ascend::Rotations;
 use crate::edit::insert::Site;
 use crate::node::{Child, NONE, NodeId};
@@ -19,12 +22,41 @@ pub struct Optimized {
     pub moved: usize,
 }
 
+/// A child, in the order of its surface.
+struct Candidate<R> {
+    area: R,
+    node: u32,
+    child: Child,
+}
+
+impl<R: Real> Ord for Candidate<R> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // Surfaces are never NaN. Ties in a fixed order, so that runs are the same.
+        let by_area = self.area.partial_cmp(&other.area).unwrap_or(Ordering::Equal);
+        by_area.then(other.node.cmp(&self.node)).then(other.child.0.cmp(&self.child.0))
+    }
+}
+
+impl<R: Real> PartialOrd for Candidate<R> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<R: Real> PartialEq for Candidate<R> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl<R: Real> Eq for Candidate<R> {}
+
 /// The most nodes read in search of one better place.
 const VISITS: u32 = 4096;
 
 impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Looks for better places for at most `budget` subtrees, those with the largest surfaces first. Call it again for more:
-    /// the surfaces have changed then. Finding the candidates reads the whole arena; the rest is proportional to the budget.
+    /// the surfaces have changed then. The cost is proportional to the budget.
     pub fn optimize(&mut self, budget: usize) -> Optimized {
         let mut done = Optimized::default();
         for (node, child) in self.largest_children(budget) {
@@ -43,25 +75,29 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         done
     }
 
-    /// Children by falling surface: the node that holds each, and the child.
+    /// The children with the largest surfaces, by falling surface: the node that holds each, and the child. A child is never
+    /// larger than its parent, so they are found from the top.
     fn largest_children(&self, count: usize) -> Vec<(u32, Child)> {
-        let mut candidates: Vec<(S::Real, u32, Child)> = Vec::with_capacity(2 * self.node_count());
-        for (id, n) in self.arena.nodes().iter().enumerate() {
+        let mut found = Vec::with_capacity(count.min(2 * self.node_count()));
+        let mut open = BinaryHeap::new();
+        let offer = |open: &mut BinaryHeap<Candidate<S::Real>>, node: u32| {
+            let n = &self.arena[node];
             for slot in 0..2 {
-                if n.child[slot] != Child::EMPTY {
-                    candidates.push((n.bounds[slot].half_area(), id as u32, n.child[slot]));
-                }
+                open.push(Candidate { area: n.bounds[slot].half_area(), node, child: n.child[slot] });
+            }
+        };
+        if self.len > 1 {
+            offer(&mut open, self.root);
+        }
+        while found.len() < count
+            && let Some(Candidate { node, child, .. }) = open.pop()
+        {
+            found.push((node, child));
+            if child.is_node() {
+                offer(&mut open, child.0);
             }
         }
-        let falling = |a: &(S::Real, u32, Child), b: &(S::Real, u32, Child)| {
-            b.0.partial_cmp(&a.0).unwrap_or(core::cmp::Ordering::Equal).then(a.1.cmp(&b.1)).then(a.2.0.cmp(&b.2.0))
-        };
-        if count < candidates.len() {
-            candidates.select_nth_unstable_by(count, falling);
-            candidates.truncate(count);
-        }
-        candidates.sort_unstable_by(falling);
-        candidates.into_iter().map(|(_, node, child)| (node, child)).collect()
+        found
     }
 
     /// The place where the surface of the tree would be smallest, if that is smaller than now.

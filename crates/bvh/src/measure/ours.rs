@@ -45,9 +45,7 @@ pub fn measure<const N: usize>(plan: Plan) -> Result<Vec<Measurement>, BvhError>
     let far: Vec<_> = some.iter().zip(&new).map(|(&i, &b)| (i, b)).collect();
     let every: Vec<_> = (0..).zip(&boxes).map(|(i, b)| (i, workload::nudged(&mut random, b))).collect();
 
-    for (name, search) in
-        [("insert", SiblingSearch::Greedy), ("insert_best", SiblingSearch::BranchAndBound { visits: 256 })]
-    {
+    for (name, search) in [("insert", SiblingSearch::fast()), ("insert_best", SiblingSearch::exhaustive())] {
         let start = || {
             let mut tree = fresh.clone();
             tree.set_sibling_search(search);
