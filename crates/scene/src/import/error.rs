@@ -1,6 +1,7 @@
 use super::budget::OverBudget;
 use super::files::FileFault;
 use crate::accessor::AccessorFault;
+use crate::codec::meshopt::MeshoptError;
 use std::fmt;
 
 /// Where in a file something is.
@@ -83,6 +84,9 @@ pub enum ImportFault {
         "the data is only present in the form of {0}, which is not supported; export the scene without this compression"
     )]
     Undecodable(String),
+    /// A buffer view whose compressed data is damaged.
+    #[error("the compressed view cannot be decoded: {0}")]
+    Meshopt(#[from] MeshoptError),
     /// An index to something that is not there.
     #[error("there is no {kind} {index}; the document has {count}")]
     Index {

@@ -78,7 +78,6 @@ impl<K: Key, V> Store<K, V> {
         id
     }
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "edits will change objects in place"))]
     pub(crate) fn get_mut(&mut self, id: K) -> Option<&mut V> {
         self.0.get_mut(id)
     }

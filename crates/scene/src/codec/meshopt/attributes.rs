@@ -11,7 +11,7 @@ const MAX_BLOCK: usize = 256;
 const CHANNEL: usize = 4;
 
 /// What the versions of the stream differ in.
-struct Layout {
+pub(super) struct Layout {
     v1: bool,
     stride: usize,
     /// Bytes at the end of the stream, padding included.
@@ -29,8 +29,8 @@ enum Packing {
     Bytes,
 }
 
-/// Decodes `count` elements of `stride` bytes, `length` bytes in all.
-pub(super) fn decode(data: &[u8], count: usize, stride: usize, length: usize) -> Result<Vec<u8>, MeshoptError> {
+/// The layout of a stream, if the data is long enough for `count` elements of `stride` bytes.
+pub(super) fn check(data: &[u8], count: usize, stride: usize) -> Result<Layout, MeshoptError> {
     let layout = match data.first() {
         None => return Err(MeshoptError::TooShort { count, needed: 1, available: 0 }),
         Some(0xa0) => Layout { v1: false, stride, tail: stride.max(32) },
@@ -43,15 +43,19 @@ pub(super) fn decode(data: &[u8], count: usize, stride: usize, length: usize) ->
     if (data.len() as u64) < needed {
         return Err(MeshoptError::TooShort { count, needed, available: data.len() });
     }
+    Ok(layout)
+}
+
+/// Decodes `count` elements of `stride` bytes.
+pub(super) fn decode(data: &[u8], count: usize, stride: usize, out: &mut [u8]) -> Result<(), MeshoptError> {
+    let layout = check(data, count, stride)?;
     let modes = layout.channel_modes(data)?;
     let mut last = layout.baseline(data).to_vec();
     let mut reader = Reader::new(&data[..data.len() - layout.tail], 1);
-    let mut out = vec![0; length];
     for block in out.chunks_mut(layout.block_elements() * stride) {
         decode_block(&mut reader, &layout, modes, &mut last, block)?;
     }
-    reader.finish()?;
-    Ok(out)
+    reader.finish()
 }
 
 impl Layout {

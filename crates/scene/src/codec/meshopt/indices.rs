@@ -6,19 +6,22 @@ use super::{MeshoptError, Mode};
 const HEADER: u8 = 0xd1;
 const TAIL: usize = 4;
 
+/// The data of `count` indices, which take a byte each at least.
+pub(super) fn body(data: &[u8], count: usize) -> Result<Reader<'_>, MeshoptError> {
+    checked_body(data, Mode::Indices, HEADER, "0xd1", count, count, TAIL)
+}
+
 /// Decodes `count` indices of `stride` bytes.
-pub(super) fn decode(data: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, MeshoptError> {
-    let mut reader = checked_body(data, Mode::Indices, HEADER, "0xd1", count, count, TAIL)?;
+pub(super) fn decode(data: &[u8], count: usize, stride: usize, out: &mut [u8]) -> Result<(), MeshoptError> {
+    let mut reader = body(data, count)?;
     let mut last = [0u32; 2];
-    let mut out = Vec::with_capacity(count * stride);
-    for _ in 0..count {
+    for out in out.chunks_exact_mut(stride) {
         let v = reader.varint()?;
         let baseline = &mut last[(v & 1) as usize];
         *baseline = baseline.wrapping_add(unzigzag32(v >> 1));
-        push_index(&mut out, *baseline, stride);
+        write_index(out, *baseline);
     }
-    reader.finish()?;
-    Ok(out)
+    reader.finish()
 }
 
 /// The body of a stream of indices, between the header byte and the tail, after a check that it can hold `least` bytes.
@@ -41,12 +44,9 @@ pub(super) fn checked_body<'a>(
     Ok(Reader::new(&data[..data.len() - tail], 1))
 }
 
-/// Appends an index; one of two bytes wraps around.
+/// Writes an index of 4 bytes, or of 2, where it wraps around.
 #[inline]
-pub(super) fn push_index(out: &mut Vec<u8>, index: u32, stride: usize) {
-    if stride == 2 {
-        out.extend_from_slice(&(index as u16).to_le_bytes());
-    } else {
-        out.extend_from_slice(&index.to_le_bytes());
-    }
+pub(super) fn write_index(out: &mut [u8], index: u32) {
+    let bytes = index.to_le_bytes();
+    out.copy_from_slice(&bytes[..out.len()]);
 }

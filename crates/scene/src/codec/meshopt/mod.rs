@@ -138,6 +138,19 @@ impl View {
     }
 }
 
+/// Checks that data of this length and first byte can hold a view, before memory is taken for it.
+///
+/// # Errors
+/// If the view breaks a rule of its extension object, or the data is too short for its count whatever it holds.
+pub fn check(view: View, data: &[u8]) -> Result<(), MeshoptError> {
+    view.check()?;
+    match view.mode {
+        Mode::Attributes => attributes::check(data, view.count, view.stride).map(|_| ()),
+        Mode::Triangles => triangles::body(data, view.count).map(|_| ()),
+        Mode::Indices => indices::body(data, view.count).map(|_| ()),
+    }
+}
+
 /// Decodes a view to count x stride bytes. All numbers in them are little-endian, as in every glTF buffer.
 ///
 /// Both versions of the attribute stream are understood in either extension.
@@ -145,16 +158,30 @@ impl View {
 /// # Errors
 /// If the view breaks a rule, needs more than `max_bytes`, or its data is not such a stream, whole and without rest.
 pub fn decode(view: View, data: &[u8], max_bytes: u64) -> Result<Vec<u8>, MeshoptError> {
-    view.check()?;
-    let View { mode, filter, count, stride } = view;
-    let over_budget = MeshoptError::OverBudget { count, stride, limit: max_bytes };
+    let over_budget = MeshoptError::OverBudget { count: view.count, stride: view.stride, limit: max_bytes };
     let length = view.byte_length().filter(|&n| n as u64 <= max_bytes).ok_or(over_budget)?;
-    let mut out = match mode {
-        Mode::Attributes => attributes::decode(data, count, stride, length)?,
-        Mode::Triangles => triangles::decode(data, count, stride)?,
-        Mode::Indices => indices::decode(data, count, stride)?,
-    };
-    debug_assert_eq!(out.len(), length);
-    filters::apply(filter, stride, &mut out);
+    check(view, data)?;
+    let mut out = vec![0; length];
+    decode_into(view, data, &mut out)?;
     Ok(out)
+}
+
+/// [`decode`] into memory that is there already. After an error, what it holds is of no use.
+///
+/// # Errors
+/// As [`decode`].
+///
+/// # Panics
+/// If `out` does not have [`View::byte_length`] bytes.
+pub fn decode_into(view: View, data: &[u8], out: &mut [u8]) -> Result<(), MeshoptError> {
+    view.check()?;
+    assert_eq!(Some(out.len()), view.byte_length(), "the memory is not of the size of the view");
+    let View { mode, filter, count, stride } = view;
+    match mode {
+        Mode::Attributes => attributes::decode(data, count, stride, out)?,
+        Mode::Triangles => triangles::decode(data, count, stride, out)?,
+        Mode::Indices => indices::decode(data, count, stride, out)?,
+    }
+    filters::apply(filter, stride, out);
+    Ok(())
 }

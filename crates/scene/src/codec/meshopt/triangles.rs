@@ -1,6 +1,6 @@
 //! Appendix A, mode 1: triangle lists by edges and vertices that were used lately.
 
-use super::indices::{checked_body, push_index};
+use super::indices::{checked_body, write_index};
 use super::reader::{Reader, unzigzag32};
 use super::{MeshoptError, Mode};
 
@@ -63,27 +63,29 @@ impl State {
     }
 }
 
+/// The data of `count` indices (a multiple of 3): a byte a triangle at least.
+pub(super) fn body(stream: &[u8], count: usize) -> Result<Reader<'_>, MeshoptError> {
+    checked_body(stream, Mode::Triangles, HEADER, "0xe1", count, count / 3, TABLE)
+}
+
 /// Decodes `count` indices (a multiple of 3) of `stride` bytes.
-pub(super) fn decode(stream: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, MeshoptError> {
-    let triangles = count / 3;
-    let mut data = checked_body(stream, Mode::Triangles, HEADER, "0xe1", count, triangles, TABLE)?;
-    let codes = data.take(triangles)?;
+pub(super) fn decode(stream: &[u8], count: usize, stride: usize, out: &mut [u8]) -> Result<(), MeshoptError> {
+    let mut data = body(stream, count)?;
+    let codes = data.take(count / 3)?;
     let table = code_table(stream)?;
     let mut state = State { next: 0, last: 0, edges: Fifo::new(), vertices: Fifo::new() };
-    let mut out = Vec::with_capacity(count * stride);
-    for (i, &code) in codes.iter().enumerate() {
+    for (i, (&code, out)) in codes.iter().zip(out.chunks_exact_mut(3 * stride)).enumerate() {
         let fifo = || MeshoptError::Fifo { offset: 1 + i };
         let triangle = if code < 0xf0 {
             edge_triangle(&mut state, code, &mut data, fifo)?
         } else {
             free_triangle(&mut state, code, table, &mut data, fifo)?
         };
-        for index in triangle {
-            push_index(&mut out, index, stride);
+        for (index, out) in triangle.into_iter().zip(out.chunks_exact_mut(stride)) {
+            write_index(out, index);
         }
     }
-    data.finish()?;
-    Ok(out)
+    data.finish()
 }
 
 /// The 16 bytes at the end. No half of them is 15, so that a code from the table needs no data; the last two are 0.

@@ -4,6 +4,7 @@
 /// not show them yet: the material keeps them, see [`crate::Scene::unrendered_lobes`].
 pub const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -20,6 +21,7 @@ pub const SUPPORTED: &[&str] = &[
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
     // These say nothing about the picture.
@@ -31,17 +33,15 @@ pub const SUPPORTED: &[&str] = &[
 /// Extensions that offer something in another form beside what core glTF holds. Without support the core form is used,
 /// if there is one.
 pub const ALTERNATIVES: &[&str] = &[
-    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_materials_pbrSpecularGlossiness",
-    "KHR_meshopt_compression",
     "KHR_texture_basisu",
     "MSFT_texture_dds",
 ];
 
 /// Extensions of a buffer view that hold its data compressed.
-pub const COMPRESSED_VIEWS: &[&str] = &["EXT_meshopt_compression", "KHR_meshopt_compression"];
+pub const COMPRESSED_VIEWS: &[&str] = &["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
 /// Extensions of a texture that give another image.
 pub const TEXTURE_SOURCES: &[&str] =

@@ -1,5 +1,6 @@
 //! Buffers, views and accessors.
 
+use super::compressed::CompressedViews;
 use super::{Converter, Members, Result, invalid, size, small};
 use crate::accessor;
 use crate::import::ImportFault;
@@ -11,19 +12,33 @@ use crate::import::gltf::schema::{self, Int};
 use crate::model::*;
 
 impl Converter<'_> {
-    /// A buffer without any data becomes an empty one: it may be the place that a compressed view says it would be
-    /// decompressed to, and nothing else may use it.
+    /// A buffer without any data becomes an empty one. So does one that compressed views alone refer to: it is not read,
+    /// and filled with what they decode to.
     pub(super) fn buffers(
         &mut self,
         buffers: Vec<schema::Buffer<'_>>,
         mut bin: Option<Blob>,
         is_glb: bool,
+        compressed: &CompressedViews,
     ) -> Result<()> {
         let at = &At::Root.key("buffers");
         self.scene.buffers.reserve(buffers.len());
         for (i, b) in buffers.into_iter().enumerate() {
             let at = &at.index(i);
             let declared = b.byte_length.0;
+            let mut members = Members::new(b.extensions);
+            let mut fallback = compressed.decoded_only[i];
+            for &name in COMPRESSED_VIEWS {
+                let marker: Option<schema::MeshoptBuffer> = members.take(name, at)?;
+                fallback |= marker.is_some_and(|m| m.fallback) && b.uri.is_none();
+            }
+            if compressed.decoded_only[i] {
+                bin = bin.filter(|_| i > 0 || b.uri.is_some());
+                let extra = members.finish(b.extras, at)?;
+                let buffer = Buffer { name: b.name, uri: None, data: Blob::new(Vec::new()), extra };
+                self.scene.buffers.insert_nth(i, buffer);
+                continue;
+            }
             let (uri, data) = match b.uri {
                 Some(schema::Text(text)) => self.buffer_data(&text, declared, at)?,
                 None if i == 0 && bin.is_some() => (None, bin.take()),
@@ -43,12 +58,13 @@ impl Converter<'_> {
                         }
                     }
                 }
+                None if fallback => Blob::new(Vec::new()),
                 None => {
                     self.tolerate("the buffer has neither a uri nor a BIN chunk", at);
                     Blob::new(Vec::new())
                 }
             };
-            let extra = Members::new(b.extensions).finish(b.extras, at)?;
+            let extra = members.finish(b.extras, at)?;
             self.scene.buffers.insert_nth(i, Buffer { name: b.name, uri, data, extra });
         }
         if bin.is_some() {
@@ -69,20 +85,25 @@ impl Converter<'_> {
         Ok((Some(uri.to_owned()), Some(Blob::new(data))))
     }
 
-    pub(super) fn buffer_views(&mut self, views: Vec<schema::BufferView<'_>>) -> Result<()> {
+    pub(super) fn buffer_views(
+        &mut self,
+        views: Vec<schema::BufferView<'_>>,
+        compressed: &CompressedViews,
+    ) -> Result<()> {
         let at = &At::Root.key("bufferViews");
         self.scene.buffer_views.reserve(views.len());
         for (i, v) in views.into_iter().enumerate() {
             let at = &at.index(i);
             let buffer = self.counts.buffer(v.buffer, &at.key("buffer"))?;
-            let members = Members::new(v.extensions);
-            let available = self.scene.buffers[buffer].data.len();
-            let end = u128::from(v.byte_offset.0) + u128::from(v.byte_length.0);
-            if end > available as u128 {
-                let compressed = COMPRESSED_VIEWS.iter().find(|name| available == 0 && members.has(name));
-                if let Some(name) = compressed {
-                    return Err((at.place(), ImportFault::Undecodable((*name).to_owned())));
+            let (buffer, offset, length) = match compressed.place(i) {
+                Some(decoded) => decoded,
+                None => {
+                    (buffer, size(v.byte_offset, &at.key("byteOffset"))?, size(v.byte_length, &at.key("byteLength"))?)
                 }
+            };
+            let available = self.scene.buffers[buffer].data.len();
+            let end = offset as u128 + length as u128;
+            if end > available as u128 {
                 if available == 0 {
                     return invalid(at, "the view's buffer has no data: neither a uri nor a BIN chunk");
                 }
@@ -98,11 +119,11 @@ impl Converter<'_> {
             let view = BufferView {
                 name: v.name,
                 buffer,
-                offset: size(v.byte_offset, &at.key("byteOffset"))?,
-                length: size(v.byte_length, &at.key("byteLength"))?,
+                offset,
+                length,
                 stride,
                 target: v.target.map(|t| small(t, &at.key("target"))).transpose()?,
-                extra: members.finish(v.extras, at)?,
+                extra: Members::new(v.extensions).finish(v.extras, at)?,
             };
             self.scene.buffer_views.insert_nth(i, view);
         }

@@ -23,6 +23,11 @@ impl<'a> Members<'a> {
         self.0.iter().any(|(n, _)| n == name)
     }
 
+    /// What is left, unparsed.
+    pub fn into_extensions(self) -> Extensions<'a> {
+        Extensions(self.0)
+    }
+
     /// Takes an extension out, typed. `at` is the object that has it.
     pub fn take<T: Deserialize<'a>>(&mut self, name: &'static str, at: &At<'_>) -> Result<Option<T>> {
         let Some(i) = self.0.iter().position(|(n, _)| n == name) else {

@@ -2,6 +2,7 @@
 
 mod animations;
 mod buffers;
+mod compressed;
 mod extra;
 mod geometry;
 mod images;
@@ -46,6 +47,7 @@ pub fn convert(
     c.extensions(&root)?;
     let at = &At::Root;
     let mut members = Members::new(root.extensions.take());
+    let compressed = c.compressed_views(&mut root)?;
     let lights: Option<schema::Lights<'_>> = members.take("KHR_lights_punctual", at)?;
     let variants: Option<schema::Variants<'_>> = members.take("KHR_materials_variants", at)?;
     c.counts.lights = lights.as_ref().map_or(0, |l| l.lights.len());
@@ -54,8 +56,9 @@ pub fn convert(
     c.scene.asset = asset(root.asset, at)?;
     c.scene.extensions_used = root.extensions_used;
     c.scene.extensions_required = root.extensions_required;
-    c.buffers(root.buffers, bin, is_glb)?;
-    c.buffer_views(root.buffer_views)?;
+    c.buffers(root.buffers, bin, is_glb, &compressed)?;
+    c.decode_views(&compressed)?;
+    c.buffer_views(root.buffer_views, &compressed)?;
     c.accessors(root.accessors)?;
     c.samplers(root.samplers)?;
     c.images(root.images)?;

@@ -151,6 +151,27 @@ object!(Instancing {
     attributes: Attributes,
 });
 
+// EXT_meshopt_compression and KHR_meshopt_compression at a buffer view
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct MeshoptView {
+    pub buffer: Int,
+    #[serde(default)]
+    pub byte_offset: Int,
+    pub byte_length: Int,
+    pub byte_stride: Int,
+    pub count: Int,
+    pub mode: String,
+    pub filter: Option<String>,
+}
+
+// The same at a buffer
+#[derive(Debug, Deserialize)]
+pub struct MeshoptBuffer {
+    #[serde(default)]
+    pub fallback: bool,
+}
+
 // KHR_materials_variants at the root
 object!(Variants {
     #[serde(borrow)]
