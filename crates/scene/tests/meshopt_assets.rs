@@ -4,7 +4,7 @@
 //! through `MeshoptDecoder.decodeGltfBuffer` in order, and the 64-bit FNV-1a hash of all their bytes together is what
 //! stands here. All hold to the last bit, filtered views too.
 
-use orthant_scene::codec::meshopt::{Filter, Mode, View, decode};
+use orthant_scene::import::{ImportOptions, import_path};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -20,28 +20,22 @@ const GOLDEN: [(&str, usize, usize, u64); 8] = [
     ("gltf-scenes/nasa-ingenuity/Ingenuity.glb", 4, 277_304, 0x0527_4410_acac_ff6f),
 ];
 
-fn read(path: &Path) -> Vec<u8> {
-    std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+fn fnv1a(hash: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(hash, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// The document and its buffers; a buffer without bytes (a fallback) is empty.
-fn load(path: &Path) -> (Value, Vec<Vec<u8>>) {
-    let file = read(path);
-    let (json, bin) = if file.starts_with(b"glTF") {
+/// Which views of a document are compressed, by a reader of its own.
+fn compressed_views(path: &Path) -> Vec<usize> {
+    let file = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let json = if file.starts_with(b"glTF") {
         let n = u32::from_le_bytes(file[12..16].try_into().expect("four bytes")) as usize;
-        (file[20..20 + n].to_vec(), file[28 + n..].to_vec())
+        &file[20..20 + n]
     } else {
-        (file, Vec::new())
+        &file[..]
     };
-    let document: Value = serde_json::from_slice(&json).expect("the document is JSON");
-    let buffers = document["buffers"].as_array().expect("there are buffers");
-    let data = buffers.iter().enumerate().map(|(i, buffer)| match buffer["uri"].as_str() {
-        Some(uri) => read(&path.with_file_name(uri)),
-        None if i == 0 => bin.clone(),
-        None => Vec::new(),
-    });
-    let data = data.collect();
-    (document, data)
+    let document: Value = serde_json::from_slice(json).expect("the document is JSON");
+    let views = document["bufferViews"].as_array().expect("there are views").iter().enumerate();
+    views.filter(|(_, v)| !v["extensions"]["EXT_meshopt_compression"].is_null()).map(|(i, _)| i).collect()
 }
 
 #[test]
@@ -50,29 +44,17 @@ fn every_compressed_view_of_the_assets_decodes_to_the_bytes_of_the_reference() {
         println!("skipped: ORTHANT_ASSETS is not set");
         return;
     };
-    for (file, views, length, golden) in GOLDEN {
-        let (document, buffers) = load(&assets.join(file));
-        let (mut count, mut total, mut hash) = (0, 0, 0xcbf2_9ce4_8422_2325u64);
-        for view in document["bufferViews"].as_array().expect("there are views") {
-            let extension = &view["extensions"]["EXT_meshopt_compression"];
-            if extension.is_null() {
-                continue;
-            }
-            let number = |key: &str| extension[key].as_u64().unwrap_or(0) as usize;
-            let view = View {
-                mode: Mode::from_name(extension["mode"].as_str().expect("a mode")).expect("a known mode"),
-                filter: Filter::from_name(extension["filter"].as_str().unwrap_or("NONE")).expect("a known filter"),
-                count: number("count"),
-                stride: number("byteStride"),
-            };
-            let start = number("byteOffset");
-            let data = &buffers[number("buffer")][start..start + number("byteLength")];
-            let decoded = decode(view, data, 1 << 24).unwrap_or_else(|e| panic!("{file}: {e}"));
-            count += 1;
-            total += decoded.len();
-            hash = decoded.iter().fold(hash, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
-        }
-        assert_eq!((count, total), (views, length), "{file}");
+    for (file, count, length, golden) in GOLDEN {
+        let path = assets.join(file);
+        let compressed = compressed_views(&path);
+        let imported = import_path(&path, &ImportOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let views: Vec<_> = imported.scene.buffer_views().ids().collect();
+        let bytes: Vec<_> = compressed
+            .iter()
+            .map(|&i| imported.scene.view_bytes(views[i]).expect("views lie in their buffers"))
+            .collect();
+        assert_eq!((bytes.len(), bytes.iter().map(|b| b.len()).sum()), (count, length), "{file}");
+        let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, bytes| fnv1a(hash, bytes));
         assert_eq!(hash, golden, "{file}: {hash:#018x}");
     }
 }

@@ -11,7 +11,6 @@ use std::path::Path;
 /// Extensions that a file may require and that are not supported. The inventory lists them as `required:`.
 const UNSUPPORTED: &[&str] = &[
     "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",
     "KHR_texture_basisu",
     "EXT_texture_webp",
     "KHR_materials_pbrSpecularGlossiness",

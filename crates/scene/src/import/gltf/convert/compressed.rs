@@ -185,9 +185,9 @@ impl Converter<'_> {
                 rest = behind;
                 jobs.push((view, source, &mut out[..decoded]));
             }
-            let failed = jobs.into_par_iter().filter_map(|(view, source, out)| {
-                Some((view, meshopt::decode_into(view.what, source, out).err()?))
-            });
+            let failed = jobs
+                .into_par_iter()
+                .filter_map(|(view, source, out)| Some((view, meshopt::decode_into(view.what, source, out).err()?)));
             if let Some((view, error)) = failed.min_by_key(|(view, _)| view.index) {
                 let at = at.index(view.index);
                 return Err(fault(error, &at.key("extensions").key(view.extension)));
