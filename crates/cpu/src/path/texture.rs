@@ -174,3 +174,5 @@ fn fetch_texel(image: &ImageData, level: &MipLevel, x: u32, y: u32) -> Vec4 {
         }
     }
 }
+#[cfg(test)]
+mod tests;
