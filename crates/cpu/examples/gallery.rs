@@ -84,7 +84,13 @@ fn checkerboard() -> ImageData {
         image.levels.push(MipLevel { width: n, height: n, offset: image.texels.len() });
         for i in 0..n * n {
             let white = ((i % n) / (8 >> k.min(3)) + (i / n) / (8 >> k.min(3))) % 2 == 0;
-            let v = if k > 3 { 150 } else if white { 200 } else { 60 };
+            let v = if k > 3 {
+                150
+            } else if white {
+                200
+            } else {
+                60
+            };
             image.texels.extend([v, v, v, 255]);
         }
     }

@@ -107,7 +107,7 @@ fn an_unfinished_film_holds_whole_blocks() {
     let ticket = backend.submit(Frame { threads: 2, samples: 0..4000, ..whole() }).unwrap();
     while backend.poll(ticket, Duration::ZERO).unwrap().done < 50 * 37 * 40 {}
     let film = backend.read_film(ticket).unwrap();
-    assert!(film.samples % BLOCK == 0 && film.samples <= 4000);
+    assert!(film.samples.is_multiple_of(BLOCK) && film.samples <= 4000);
     if let Some(first) = film.blocks.first() {
         assert_eq!(first.sum.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>(), reference);
     }

@@ -51,8 +51,8 @@ fn an_emissive_quad_gives_its_form_factor() {
     let (rx, ry) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
     let form_factor = 4.0 / (2.0 * PI) * (x / rx * (y / rx).atan() + y / ry * (x / ry).atan());
     for estimator in [Estimator::Mis, Estimator::LightOnly, Estimator::BsdfOnly] {
-        let lamp = quad(Vec3::Y * height, Vec3::X * a, Vec3::Z * b);
-        let scene = ground().add(lamp, lamp(emitted));
+        let ceiling = quad(Vec3::Y * height, Vec3::X * a, Vec3::Z * b);
+        let scene = ground().add(ceiling, lamp(emitted));
         let frame = Frame { estimator, ..at_origin(if estimator == Estimator::BsdfOnly { 512 } else { 128 }) };
         let value = radiance(scene, Environment::none(), frame);
         assert_close(value, ALBEDO * emitted * form_factor, TOLERANCE, &format!("{estimator:?}"));
