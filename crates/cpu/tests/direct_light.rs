@@ -3,11 +3,12 @@
 mod common;
 use common::*;
 use glam::Vec3;
+use orthant_resident::batch::{RowWrites, TlasAction};
 use orthant_resident::camera::Projection;
 use orthant_resident::environment::Sun;
 use orthant_resident::frame::Estimator;
 use orthant_resident::rows::{LightKind, LightRow};
-use orthant_resident::{Camera, Environment, Frame};
+use orthant_resident::{Backend, Camera, Environment, Frame, SceneBatch};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 const ALBEDO: f32 = 0.6;
@@ -174,4 +175,31 @@ fn a_rotated_environment_turns_counter_clockwise_from_above() {
     assert!(see(&mut backend, Vec3::NEG_X) > 0.9);
     assert!(see(&mut backend, Vec3::X) < 0.1 && see(&mut backend, Vec3::Z) < 0.1);
     assert!(see(&mut backend, Vec3::NEG_Z) < 0.1);
+}
+
+#[test]
+fn a_batch_that_changes_a_light_is_seen_by_the_next_frame() {
+    let scene = ground().light(light(LightKind::Point));
+    let mut backend = scene.backend(Environment::none());
+    let before = mean(&render(&mut backend, at_origin(16))).x;
+    let whole = scene.batch();
+    let mut brighter = light(LightKind::Point);
+    brighter.color = [30.0; 3];
+    let edit = SceneBatch {
+        expected_revision: 1,
+        new_revision: 2,
+        positions: RowWrites::none(whole.positions.len),
+        vertices: RowWrites::none(whole.vertices.len),
+        indices: RowWrites::none(whole.indices.len),
+        mesh_descs: RowWrites::none(whole.mesh_descs.len),
+        blas_builds: vec![],
+        materials: RowWrites::none(whole.materials.len),
+        render_nodes: RowWrites::none(whole.render_nodes.len),
+        // One light becomes three times as bright, and a second one is added beside it.
+        lights: RowWrites::whole(vec![brighter, light(LightKind::Point)]),
+        tlas: TlasAction::None,
+        ..whole
+    };
+    backend.apply(edit).unwrap();
+    assert_close(mean(&render(&mut backend, at_origin(64))).x, 4.0 * before, 5e-3, "brighter");
 }

@@ -7,6 +7,7 @@ use crate::path::lights::LightTables;
 use crate::scene::ResidentScene;
 use job::Job;
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
+use orthant_resident::batch::TlasAction;
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,6 +31,7 @@ impl CpuBackend {
     pub fn new() -> Self {
         let mut backend = Self::default();
         backend.lights.set_environment(&Environment::none());
+        backend.lights.update_radius(&backend.scene);
         backend
     }
 
@@ -83,9 +85,17 @@ impl Backend for CpuBackend {
     /// Ends the ticket of a frame that is under way.
     fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
         frame_check::check_batch(&batch)?;
+        let instances_changed = batch.tlas != TlasAction::None;
+        let lights_changed = !batch.lights.ranges.is_empty() || batch.lights.len as usize != self.scene.lights.len();
         let report = self.scene.apply(batch)?;
         self.end_job();
-        self.lights.update_scene(&self.scene);
+        if instances_changed {
+            self.lights.update_radius(&self.scene);
+        }
+        if instances_changed || lights_changed {
+            self.lights.update_punctual(&self.scene);
+        }
+        self.lights.weigh_kinds(&self.scene);
         Ok(report)
     }
 
@@ -94,7 +104,7 @@ impl Backend for CpuBackend {
         frame_check::check_environment(&environment)?;
         self.end_job();
         self.lights.set_environment(&environment);
-        self.lights.update_scene(&self.scene);
+        self.lights.weigh_kinds(&self.scene);
         Ok(())
     }
 

@@ -3,8 +3,7 @@ use glam::Vec3;
 use orthant_resident::Environment;
 use orthant_resident::environment::{EnvironmentMap, Sun};
 use orthant_resident::math::{safe_normalize, sin_cos_turns};
-use orthant_resident::rows::NodeFlags;
-use orthant_resident::sampling::lights::{distant_power, sun_integral};
+use orthant_resident::sampling::lights::{distant_power, scene_radius, sun_integral};
 use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -16,6 +15,8 @@ pub struct LightTables {
     pub kinds: LightKinds,
     /// Sum of the emitters' powers: the scale of their cumulative table.
     pub emitter_power: f32,
+    /// Radius of the scene in metres: what distant lights shine on.
+    pub radius: f32,
     /// The choice among punctual lights.
     pub punctual: PunctualDistribution,
     /// The environment's map.
@@ -31,7 +32,7 @@ pub struct LightTables {
 }
 
 impl LightTables {
-    /// Takes over what surrounds the scene; [`Self::update_scene`] is to follow.
+    /// Takes over what surrounds the scene; [`Self::weigh_kinds`] is to follow.
     pub fn set_environment(&mut self, environment: &Environment) {
         let (sin, cos) = sin_cos_turns(environment.rotation / TAU);
         self.rotation = [sin, cos];
@@ -54,33 +55,21 @@ impl LightTables {
         });
     }
 
-    /// Weighs the lights of the scene and of the environment against each other.
-    pub fn update_scene(&mut self, scene: &ResidentScene) {
-        let radius = scene_radius(scene);
-        self.emitter_power = scene.emitters.last().map_or(0.0, |row| row.cumulative_power);
-        let map = self.distribution.as_ref().map_or(0.0, |d| distant_power(d.integral * self.intensity, radius));
-        let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), radius));
-        self.kinds = LightKinds::from_powers(self.emitter_power, map, sun);
-        self.punctual = PunctualDistribution::build(&scene.lights, radius);
+    /// Takes over the extent of the scene. It visits every RenderNode: to be called when instances have changed.
+    pub fn update_radius(&mut self, scene: &ResidentScene) {
+        self.radius = scene_radius(&scene.render_nodes, &scene.mesh_descs);
     }
-}
 
-/// Radius in metres of a sphere about what is seen; 1 for an empty scene.
-fn scene_radius(scene: &ResidentScene) -> f32 {
-    let (mut lo, mut hi) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for node in scene.render_nodes.iter().filter(|n| n.flags & NodeFlags::VISIBLE != 0) {
-        let Some(desc) = scene.mesh_descs.get(node.primitive as usize) else { continue };
-        let (a, b) = (Vec3::from(desc.bounds_min), Vec3::from(desc.bounds_max));
-        let center = node.world.transform_point((a + b) * 0.5);
-        let half = (b - a) * 0.5;
-        let r = &node.world.rows;
-        let extent = |i: usize| r[i][0].abs() * half.x + r[i][1].abs() * half.y + r[i][2].abs() * half.z;
-        let half = Vec3::new(extent(0), extent(1), extent(2));
-        if (center + half).is_finite() && (center - half).is_finite() {
-            lo = lo.min(center - half);
-            hi = hi.max(center + half);
-        }
+    /// Takes over the punctual lights; the radius is to be up to date.
+    pub fn update_punctual(&mut self, scene: &ResidentScene) {
+        self.punctual = PunctualDistribution::build(&scene.lights, self.radius);
     }
-    let radius = 0.5 * (hi - lo).length();
-    if radius > 0.0 && radius.is_finite() { radius } else { 1.0 }
+
+    /// Weighs the emitters, the environment and the sun against each other.
+    pub fn weigh_kinds(&mut self, scene: &ResidentScene) {
+        self.emitter_power = scene.emitters.last().map_or(0.0, |row| row.cumulative_power);
+        let map = self.distribution.as_ref().map_or(0.0, |d| distant_power(d.integral * self.intensity, self.radius));
+        let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), self.radius));
+        self.kinds = LightKinds::from_powers(self.emitter_power, map, sun);
+    }
 }
