@@ -8,9 +8,11 @@
 //! * [`metrics`]: how far two pictures are apart;
 //! * [`share`]: parts of a rendering, and how they are put together;
 //! * [`job`]: what a command does with a scene before and after the backend;
+//! * [`bench`]: figures, measured beside peers;
 //! * [`machine`]: memory and threads.
 
 pub mod args;
+pub mod bench;
 pub mod commands;
 pub mod failure;
 pub mod generate;

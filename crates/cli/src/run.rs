@@ -32,6 +32,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn dispatch(cli: &Cli) -> Result<(), Failure> {
     match &cli.command {
+        Command::Bench(args) => commands::bench::run(args, &cli.common),
         Command::Compare(args) => commands::compare::run(args, &cli.common),
         Command::Generate(args) => commands::generate::run(args),
         Command::Devices(args) => commands::devices::run(args),

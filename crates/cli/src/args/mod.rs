@@ -63,6 +63,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Write a scene that the program makes itself
     Generate(GenerateArgs),
+    /// Measure the program beside its peers
+    Bench(BenchArgs),
     /// List what can render
     Devices(DevicesArgs),
 }
@@ -153,6 +155,49 @@ pub struct GenerateArgs {
     /// Seed of what is random in the scene
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
+}
+
+/// `orthant bench`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Suites:
+  load FILE    from the file to decoded arenas, images included, beside the `gltf` crate
+  derive       model to rows, from 1,000 to 1,000,000 render nodes, beside copying the rows
+  trace FILE   primary, shadow and incoherent rays, beside crate `obvhs`
+  render FILE  whole frames of 960x540 with 16 samples
+
+Examples:
+  orthant bench derive
+  orthant bench load helmet.glb --json
+  orthant bench trace forest.glb --threads 1 --runs 9")]
+pub struct BenchArgs {
+    /// What to measure
+    pub suite: BenchSuite,
+    /// The scene, for the suites that take one
+    #[arg(required_if_eq_any([("suite", "load"), ("suite", "trace"), ("suite", "render")]))]
+    pub file: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    pub json: bool,
+    /// Repetitions of each measurement; the figure is their median
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub runs: u16,
+    /// Threads; 0 takes all
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+}
+
+/// The suites of `orthant bench`.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BenchSuite {
+    /// From the file to decoded arenas
+    Load,
+    /// Model to rows
+    Derive,
+    /// Rays
+    Trace,
+    /// Frames
+    Render,
 }
 
 /// `orthant devices`

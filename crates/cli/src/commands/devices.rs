@@ -23,16 +23,10 @@ pub struct Device {
 pub fn list() -> Vec<Device> {
     vec![Device {
         backend: "cpu",
-        name: cpu_name().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+        name: machine::cpu_name().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         threads: machine::threads(),
         memory_bytes: machine::memory(),
     }]
-}
-
-fn cpu_name() -> Option<String> {
-    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("model name"))?;
-    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 /// Prints the devices.

@@ -1,5 +1,6 @@
 //! One file per command: from its arguments to its result.
 
+pub mod bench;
 pub mod compare;
 pub mod devices;
 pub mod generate;

@@ -1,0 +1,73 @@
+//! `bench render FILE`: whole frames through the backend, as `render` makes them.
+
+use super::{Measured, Settings};
+use crate::failure::{Exit, Failure};
+use crate::job::environment::lights_itself;
+use orthant_cpu::CpuBackend;
+use orthant_render::camera::View;
+use orthant_render::sky;
+use orthant_resident::frame::{Estimator, Frame, PixelFilter, Tile};
+use orthant_resident::{Backend, Environment, TicketStatus};
+use std::path::Path;
+use std::time::Duration;
+
+const WIDTH: u32 = 960;
+const HEIGHT: u32 = 540;
+const SAMPLES: u32 = 16;
+
+pub fn run(file: &Path, settings: Settings) -> Result<Vec<Measured>, Failure> {
+    let internal = |e: orthant_resident::BackendError| Failure::new(Exit::Internal, e.to_string());
+    let mut loaded = super::load(file, settings)?;
+    let mut backend = CpuBackend::new();
+    let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
+    backend.set_environment(environment).map_err(internal)?;
+    let batch = loaded.derived.load_batch();
+    backend.apply(batch).map_err(internal)?;
+    let (scene, derived) = (&loaded.scene, &loaded.derived);
+    let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
+    let view = View::first_camera(scene, derived).or_else(|| derived.bounds().map(|b| View::framing(b, aspect)));
+    let Some(view) = view else { return Err(Failure::bad_input(file, "the scene shows nothing")) };
+    let frame = Frame {
+        camera: view.to_camera(derived.origin),
+        width: WIDTH,
+        height: HEIGHT,
+        tile: Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT },
+        samples: 0..SAMPLES,
+        keep_blocks: false,
+        seed: 0,
+        max_depth: 8,
+        roulette_depth: 3,
+        firefly_clamp: None,
+        estimator: Estimator::Mis,
+        filter: PixelFilter::BlackmanHarris { radius: 1.5 },
+        aovs: Vec::new(),
+        threads: settings.threads,
+    };
+    let samples = u64::from(WIDTH) * u64::from(HEIGHT) * u64::from(SAMPLES);
+    let mut measured = Measured::new("render", samples);
+    let mut rays = 0;
+    for _ in 0..settings.runs {
+        let status = measured.time(|| -> Result<TicketStatus, Failure> {
+            let ticket = backend.submit(frame.clone()).map_err(internal)?;
+            loop {
+                let status = backend.poll(ticket, Duration::from_secs(1)).map_err(internal)?;
+                if status.is_done() {
+                    return Ok(status);
+                }
+            }
+        })?;
+        rays = status.rays.total();
+    }
+    let seconds = measured.median_s();
+    Ok(vec![
+        measured
+            .with("width", WIDTH)
+            .with("height", HEIGHT)
+            .with("spp", SAMPLES)
+            .with("rays", rays)
+            .with("msamples_s", samples as f64 / seconds / 1e6)
+            .with("mrays_s", rays as f64 / seconds / 1e6)
+            .with("backend", backend.name())
+            .with("device", backend.device()),
+    ])
+}
