@@ -18,9 +18,14 @@ pub struct TextureFrame {
 }
 
 impl TextureFrame {
-    /// At a point, for a footprint of `area` square metres.
+    /// At a point, for a footprint of `area` square metres; zeros where the material has no texture to read.
     #[inline]
     pub fn new(scene: &ResidentScene, point: &SurfacePoint, area: f32) -> Self {
+        let m = point.material;
+        let slots = [&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture];
+        if slots.iter().all(|slot| slot.texture == NONE) {
+            return Self { uv: [Vec2::ZERO; 2], footprint: [0.0; 2] };
+        }
         Self { uv: point.uv(scene), footprint: point.uv_footprint(scene, area) }
     }
 }

@@ -111,8 +111,14 @@ impl<'a> SurfacePoint<'a> {
         if self.desc.flags & MeshFlags::FLAT != 0 {
             return self.front;
         }
-        let [n0, n1, n2] = self.corners.map(|i| decode_normal(scene.vertices[i].normal));
-        let object = n0 * self.weights[0] + n1 * self.weights[1] + n2 * self.weights[2];
+        let [c0, c1, c2] = self.corners.map(|i| scene.vertices[i].normal);
+        let object = if c0 == c1 && c0 == c2 {
+            decode_normal(c0)
+        } else {
+            decode_normal(c0) * self.weights[0]
+                + decode_normal(c1) * self.weights[1]
+                + decode_normal(c2) * self.weights[2]
+        };
         let n = safe_normalize(self.node.inverse.transpose_transform_vector(object), self.front);
         // Normals that contradict the winding are an error of many files; the winding decides.
         if n.dot(self.front) < 0.0 { -n } else { n }

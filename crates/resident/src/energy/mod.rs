@@ -68,7 +68,8 @@ impl EnergyRow {
             let i = row * COSINES + column;
             unpack(ENERGY[i]).lerp(unpack(ENERGY[i + 1]), t)
         };
-        at_row(self.row).lerp(at_row(self.row + 1), self.fraction)
+        let e = at_row(self.row).lerp(at_row(self.row + 1), self.fraction);
+        Energy { a: e.a * (1.0 / 65535.0), b: e.b * (1.0 / 65535.0) }
     }
 
     /// The cosine-weighted means `2 integral of E(mu) mu dmu` of what [`Self::at`] gives.
@@ -79,10 +80,10 @@ impl EnergyRow {
     }
 }
 
-/// Two 16-bit unorms, A in the low half.
+/// Two 16-bit integers, A in the low half; 65535 is 1.
 #[inline]
 fn unpack(bits: u32) -> Energy {
-    Energy { a: (bits & 0xffff) as f32 / 65535.0, b: (bits >> 16) as f32 / 65535.0 }
+    Energy { a: (bits & 0xffff) as f32, b: (bits >> 16) as f32 }
 }
 
 #[cfg(test)]
