@@ -20,7 +20,7 @@ use super::files::Files;
 use super::warning::{Warning, WarningKind, Warnings};
 use super::{ImportFault, Place};
 use crate::Scene;
-use crate::model::{Blob, Node};
+use crate::model::{self, Blob};
 use place::At;
 
 /// U+FEFF in UTF-8: not allowed before the JSON, but some editors write it.
@@ -70,15 +70,63 @@ fn json_text<'a>(file: &'a [u8], start: usize, end: usize, warnings: &mut Warnin
     })
 }
 
-/// An upper bound for the memory that a JSON text takes as schema and as scene, before any of it is parsed. The dearest
-/// object per byte of text is an empty node, `{}`; the dearest other value is a member of an unknown object.
+/// An upper bound for the memory that a JSON text takes as schema and as scene, before any of it is parsed. It counts
+/// what a text can hold of values at most, and takes each for the largest of its kind; strings may be counted too, which
+/// errs on the safe side.
 fn parsed_bound(text: &str) -> u64 {
     /// Vectors double when they grow, and hold the old and the new block meanwhile.
     const GROWTH: u64 = 3;
-    const OBJECT: u64 = GROWTH * size_of::<schema::Node>() as u64 + size_of::<Node>() as u64 + 64;
-    /// A member of a JSON map: key, value, hash and table slot.
-    const VALUE: u64 = GROWTH * 64;
-    let count = |byte: u8| text.as_bytes().iter().filter(|&&b| b == byte).count() as u64;
+    const OBJECT: u64 = GROWTH * largest(&SCHEMA) + largest(&MODEL);
+    /// A member of a map or array: key, value, hash and table slot, where tables double too.
+    const VALUE: u64 = GROWTH * (24 + 8 + size_of::<serde_json::Value>() as u64);
+    /// A vector of unknown values begins with room for four.
+    const ARRAY: u64 = 4 * size_of::<serde_json::Value>() as u64 + VALUE;
+    let [objects, arrays, members] = count_bytes(text.as_bytes(), [b'{', b'[', b',']);
     // Strings are copied at most once into the schema and once into the scene.
-    2 * text.len() as u64 + OBJECT * count(b'{') + VALUE * (count(b',') + count(b'['))
+    2 * text.len() as u64 + OBJECT * objects + ARRAY * arrays + VALUE * members
+}
+
+/// How often each of some bytes occurs. Counters of one byte, emptied before they can overflow, let the compiler count
+/// many bytes at once.
+fn count_bytes<const N: usize>(bytes: &[u8], wanted: [u8; N]) -> [u64; N] {
+    let mut counts = [0; N];
+    for block in bytes.chunks(192) {
+        for (count, byte) in counts.iter_mut().zip(wanted) {
+            *count += u64::from(block.iter().map(|&b| u8::from(b == byte)).sum::<u8>());
+        }
+    }
+    counts
+}
+
+/// The objects that a list of the document can hold.
+const SCHEMA: [usize; 8] = [
+    size_of::<schema::Node<'_>>(),
+    size_of::<schema::Material<'_>>(),
+    size_of::<schema::Accessor<'_>>(),
+    size_of::<schema::Image<'_>>(),
+    size_of::<schema::Camera<'_>>(),
+    size_of::<schema::Primitive<'_>>(),
+    size_of::<schema::Light<'_>>(),
+    size_of::<schema::AnimationChannel<'_>>(),
+];
+const MODEL: [usize; 8] = [
+    size_of::<model::Node>(),
+    size_of::<model::Material>(),
+    size_of::<model::Accessor>(),
+    size_of::<model::Image>(),
+    size_of::<model::Camera>(),
+    size_of::<model::Primitive>(),
+    size_of::<model::Light>(),
+    size_of::<model::AnimationChannel>(),
+];
+
+const fn largest(sizes: &[usize]) -> u64 {
+    let (mut largest, mut i) = (0, 0);
+    while i < sizes.len() {
+        if sizes[i] > largest {
+            largest = sizes[i];
+        }
+        i += 1;
+    }
+    largest as u64
 }

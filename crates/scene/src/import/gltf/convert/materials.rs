@@ -32,12 +32,13 @@ impl Converter<'_> {
     fn material(&mut self, m: schema::Material<'_>, at: &At<'_>) -> Result<Material> {
         let mut out = Material { name: m.name, ..Material::default() };
         if let Some(pbr) = m.pbr_metallic_roughness {
-            self.pbr(pbr, &mut out, &at.key("pbrMetallicRoughness"))?;
+            self.pbr(*pbr, &mut out, &at.key("pbrMetallicRoughness"))?;
         }
-        out.normal_texture = self.texture_info(m.normal_texture, Strength::OfNormals, &at.key("normalTexture"))?;
+        out.normal_texture =
+            self.texture_info(m.normal_texture.map(|t| *t), Strength::OfNormals, &at.key("normalTexture"))?;
         out.occlusion_texture =
-            self.texture_info(m.occlusion_texture, Strength::OfOcclusion, &at.key("occlusionTexture"))?;
-        out.emissive_texture = self.texture(m.emissive_texture, &at.key("emissiveTexture"))?;
+            self.texture_info(m.occlusion_texture.map(|t| *t), Strength::OfOcclusion, &at.key("occlusionTexture"))?;
+        out.emissive_texture = self.texture(m.emissive_texture.map(|t| *t), &at.key("emissiveTexture"))?;
         out.emissive = self.color(m.emissive_factor, [0.0; 3], UNIT, &at.key("emissiveFactor"));
         out.alpha_mode = match m.alpha_mode {
             None | Some(schema::AlphaMode::Opaque) => AlphaMode::Opaque,
@@ -55,11 +56,11 @@ impl Converter<'_> {
 
     fn pbr(&mut self, p: schema::PbrMetallicRoughness<'_>, out: &mut Material, at: &At<'_>) -> Result<()> {
         out.base_color = self.color(p.base_color_factor, [1.0; 4], UNIT, &at.key("baseColorFactor"));
-        out.base_color_texture = self.texture(p.base_color_texture, &at.key("baseColorTexture"))?;
+        out.base_color_texture = self.texture(p.base_color_texture.map(|t| *t), &at.key("baseColorTexture"))?;
         out.metallic = self.factor(p.metallic_factor, 1.0, UNIT, &at.key("metallicFactor"));
         out.roughness = self.factor(p.roughness_factor, 1.0, UNIT, &at.key("roughnessFactor"));
         out.metallic_roughness_texture =
-            self.texture(p.metallic_roughness_texture, &at.key("metallicRoughnessTexture"))?;
+            self.texture(p.metallic_roughness_texture.map(|t| *t), &at.key("metallicRoughnessTexture"))?;
         out.pbr_extra = Members::new(p.extensions).finish(p.extras, at)?;
         Ok(())
     }

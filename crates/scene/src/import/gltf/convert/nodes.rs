@@ -80,7 +80,7 @@ impl Converter<'_> {
 
     fn transform(&mut self, n: &schema::Node<'_>, at: &At<'_>) -> Result<Transform> {
         let has_trs = n.translation.is_some() || n.rotation.is_some() || n.scale.is_some();
-        if let Some(m) = n.matrix {
+        if let Some(m) = &n.matrix {
             if has_trs {
                 self.tolerate("the node has a matrix besides translation, rotation or scale; the matrix counts", at);
             }
@@ -88,7 +88,7 @@ impl Converter<'_> {
             if last_row.iter().any(|v| v.abs() > AFFINE_TOLERANCE) {
                 return invalid(&at.key("matrix"), "the last row of the matrix must be 0, 0, 0, 1");
             }
-            return Ok(Transform::Matrix(m));
+            return Ok(Transform::Matrix(**m));
         }
         if !has_trs {
             return Ok(Transform::default());

@@ -69,6 +69,7 @@ object!(Scene {
     nodes: Vec<Int>,
 });
 
+// Documents have up to millions of nodes: what is rare is boxed.
 object!(Node {
     name: Option<String>,
     #[serde(default)]
@@ -76,7 +77,7 @@ object!(Node {
     camera: Option<Int>,
     mesh: Option<Int>,
     skin: Option<Int>,
-    matrix: Option<[f64; 16]>,
+    matrix: Option<Box<[f64; 16]>>,
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
     scale: Option<[f64; 3]>,
@@ -100,16 +101,17 @@ object!(Primitive {
     targets: Vec<Attributes>,
 });
 
+// Boxed, because most materials have few of them: the size of the largest object bounds what a text may take.
 object!(Material {
     name: Option<String>,
     #[serde(borrow)]
-    pbr_metallic_roughness: Option<PbrMetallicRoughness<'a>>,
+    pbr_metallic_roughness: Option<Box<PbrMetallicRoughness<'a>>>,
     #[serde(borrow)]
-    normal_texture: Option<TextureInfo<'a>>,
+    normal_texture: Option<Box<TextureInfo<'a>>>,
     #[serde(borrow)]
-    occlusion_texture: Option<TextureInfo<'a>>,
+    occlusion_texture: Option<Box<TextureInfo<'a>>>,
     #[serde(borrow)]
-    emissive_texture: Option<TextureInfo<'a>>,
+    emissive_texture: Option<Box<TextureInfo<'a>>>,
     emissive_factor: Option<[f64; 3]>,
     alpha_mode: Option<AlphaMode>,
     alpha_cutoff: Option<f64>,
@@ -119,11 +121,11 @@ object!(Material {
 object!(PbrMetallicRoughness {
     base_color_factor: Option<[f64; 4]>,
     #[serde(borrow)]
-    base_color_texture: Option<TextureInfo<'a>>,
+    base_color_texture: Option<Box<TextureInfo<'a>>>,
     metallic_factor: Option<f64>,
     roughness_factor: Option<f64>,
     #[serde(borrow)]
-    metallic_roughness_texture: Option<TextureInfo<'a>>,
+    metallic_roughness_texture: Option<Box<TextureInfo<'a>>>,
 });
 
 object!(TextureInfo {
