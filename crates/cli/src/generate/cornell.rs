@@ -9,14 +9,14 @@ fn m(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3::new(x, y, z) * 1e-3
 }
 
-/// Builds the scene. The walls' colours are the measured reflectances, integrated to linear Rec. 709; the light is the
-/// customary radiance for them.
+/// Builds the scene. The walls' colours are the measured reflectances, integrated to linear Rec. 709; the light has the
+/// customary colour for them, and fills the range of a display.
 pub fn cornell() -> Document {
     let mut doc = Document::default();
     let white = doc.plain_material("white", [0.725, 0.71, 0.68], 0.0, 1.0);
     let red = doc.plain_material("red", [0.63, 0.065, 0.05], 0.0, 1.0);
     let green = doc.plain_material("green", [0.14, 0.45, 0.091], 0.0, 1.0);
-    let lamp = doc.emissive_material("lamp", [1.0, 0.706, 0.235], 17.0);
+    let lamp = doc.emissive_material("lamp", [1.0, 0.76, 0.37], 28.0);
 
     let walls: [(&str, u32, [Vec3; 4]); 5] = [
         ("floor", white, [m(552.8, 0., 0.), m(0., 0., 0.), m(0., 0., 559.2), m(549.6, 0., 559.2)]),

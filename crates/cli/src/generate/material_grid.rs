@@ -19,7 +19,7 @@ pub fn material_grid() -> Document {
     let mut shape = None;
     let rows: [(&str, Vec<Index>); 5] = [
         ("dielectric by roughness", sweep(&mut doc, "dielectric", [0.05, 0.18, 0.50], |t| (0.0, t))),
-        ("gold by roughness", sweep(&mut doc, "gold", [1.0, 0.77, 0.34], |t| (1.0, t))),
+        ("gold by roughness", sweep(&mut doc, "gold", [1.0, 0.77, 0.34], |t| (1.0, 0.08 + 0.92 * t))),
         ("copper paint by metalness", sweep(&mut doc, "copper", [0.93, 0.42, 0.28], |t| (t, 0.25))),
         ("textures", textured(&mut doc)),
         ("emission, unlit, alpha", special(&mut doc)),
@@ -55,17 +55,17 @@ fn ball() -> Geometry {
 }
 
 fn studio(doc: &mut Document) {
-    let grey = doc.plain_material("studio", [0.32, 0.33, 0.35], 0.0, 0.9);
+    let grey = doc.plain_material("studio", [0.48, 0.49, 0.50], 0.0, 0.9);
     let room = doc.mesh("studio", &[(&inverted(cuboid([24.0, 14.0, 26.0])), grey)]);
     doc.root(Node::mesh(room).called("studio").at(Vec3::new(0.0, 5.8, 8.0)));
-    let back = doc.plain_material("back", [0.20, 0.21, 0.23], 0.0, 0.8);
+    let back = doc.plain_material("back", [0.30, 0.31, 0.33], 0.0, 0.8);
     let back = doc.mesh("back", &[(&cuboid([COLUMNS as f32 + 0.5, 5.0 * ROW_HEIGHT + 0.3, 0.08]), back)]);
     doc.root(Node::mesh(back).called("back").at(Vec3::new(0.0, 2.75, -0.56)));
 
     for (name, at, target, size, colour, strength) in [
-        ("key light", Vec3::new(-6.5, 8.0, 9.0), Vec3::new(0.0, 2.5, 0.0), [5.0, 3.0], [1.0, 0.93, 0.82], 9.0),
-        ("fill light", Vec3::new(8.5, 5.0, 8.0), Vec3::new(0.0, 2.5, 0.0), [1.5, 5.0], [0.72, 0.85, 1.0], 6.0),
-        ("top light", Vec3::new(0.0, 11.5, 5.5), Vec3::new(0.0, 2.0, 0.0), [8.0, 2.0], [1.0, 1.0, 1.0], 4.0),
+        ("key light", Vec3::new(-6.5, 8.0, 9.0), Vec3::new(0.0, 2.5, 0.0), [5.0, 3.0], [1.0, 0.93, 0.82], 24.0),
+        ("fill light", Vec3::new(8.5, 5.0, 8.0), Vec3::new(0.0, 2.5, 0.0), [1.5, 5.0], [0.72, 0.85, 1.0], 15.0),
+        ("top light", Vec3::new(0.0, 11.5, 5.5), Vec3::new(0.0, 2.0, 0.0), [8.0, 2.0], [1.0, 1.0, 1.0], 6.0),
     ] {
         let material = doc.emissive_material(name, colour, strength);
         let (x, y) = (size[0] * 0.5, size[1] * 0.5);
@@ -170,8 +170,8 @@ fn special(doc: &mut Document) -> Vec<Index> {
     let fade = paint(64, 256, |_, v| [70, 150, 190, byte((v - 0.2) / 0.6)]);
     let fade = doc.texture("fade", 64, 256, &fade, false);
     let mut list = vec![
-        doc.emissive_material("emissive, warm", [1.0, 0.55, 0.2], 4.0),
-        doc.emissive_material("emissive, cold", [0.3, 0.6, 1.0], 4.0),
+        doc.emissive_material("emissive, warm", [1.0, 0.50, 0.16], 2.5),
+        doc.emissive_material("emissive, cold", [0.25, 0.55, 1.0], 2.5),
     ];
     let unlit = |name: &str, rgba: [f32; 4]| {
         json!({ "name": name, "pbrMetallicRoughness": { "baseColorFactor": rgba },
@@ -190,6 +190,6 @@ fn special(doc: &mut Document) -> Vec<Index> {
     list.push(doc.material(json!({ "name": "alpha blend texture", "alphaMode": "BLEND", "doubleSided": true,
         "pbrMetallicRoughness": { "baseColorTexture": { "index": fade }, "metallicFactor": 0.0,
             "roughnessFactor": 0.4 } })));
-    list.push(doc.plain_material("mirror", [0.97, 0.96, 0.92], 1.0, 0.0));
+    list.push(doc.plain_material("polished silver", [0.97, 0.96, 0.92], 1.0, 0.06));
     list
 }
