@@ -5,7 +5,7 @@ mod common;
 use common::{bytes, fail, folder_with_box, succeed};
 use std::path::Path;
 
-const RENDER: [&str; 8] = ["render", "box.glb", "--size", "24x17", "--spp", "40", "--seed", "5"];
+const RENDER: [&str; 6] = ["render", "box.glb", "--size", "24x17", "--spp", "40"];
 
 fn render(folder: &Path, output: &str, rest: &[&str]) {
     let args: Vec<&str> = RENDER.iter().copied().chain(["-o", output]).chain(rest.iter().copied()).collect();

@@ -50,19 +50,21 @@ pub fn city(nodes: u32, seed: u64) -> Document {
     let asphalt = doc.texture("asphalt", 256, 256, &asphalt, false);
     let asphalt = doc.material(json!({ "name": "asphalt", "pbrMetallicRoughness": {
         "baseColorTexture": { "index": asphalt }, "metallicFactor": 0.0, "roughnessFactor": 0.85 } }));
-    let plane = extent * 1.6 + 600.0;
+    // The ground goes on beyond the sky's dome, so that there is a horizon and no edge
+    let dome = extent * 1.5 + 1500.0;
+    let plane = dome * 2.2;
     let plane_mesh = doc.mesh("ground", &[(&ground(plane, plane).tiled(plane / 12.0, plane / 12.0), asphalt)]);
     doc.root(Node::mesh(plane_mesh).called("ground"));
     let sky = Sky {
-        sun_direction: Vec3::new(-0.80, 0.34, -0.25),
+        sun_direction: Vec3::new(-0.78, 0.40, 0.22),
         sun_colour: [1.0, 0.76, 0.50],
-        sun_illuminance: 8.0,
+        sun_illuminance: 13.0,
         zenith: [0.33, 0.47, 0.72],
         horizon: [0.72, 0.74, 0.80],
         glow: [1.0, 0.82, 0.58],
-        strength: 1.2,
+        strength: 1.5,
     };
-    sky_dome::add(&mut doc, &sky, Vec3::ZERO, plane);
+    sky_dome::add(&mut doc, &sky, Vec3::ZERO, dome);
     camera(&mut doc, extent);
     lamps(&mut doc);
 
@@ -209,8 +211,8 @@ fn raise(
 
 fn camera(doc: &mut Document, extent: f32) {
     let reach = extent.clamp(300.0, 1500.0);
-    let eye = Vec3::new(reach * 0.34, 60.0 + reach * 0.22, reach * 0.62);
-    doc.look_at("camera", eye, Vec3::new(-reach * 0.03, 28.0 + reach * 0.02, 0.0), 36.0);
+    let eye = Vec3::new(reach * 0.26, 50.0 + reach * 0.13, reach * 0.44);
+    doc.look_at("camera", eye, Vec3::new(-reach * 0.02, 30.0 + reach * 0.035, 0.0), 42.0);
 }
 
 /// A few street lamps at the central crossing.
@@ -231,7 +233,7 @@ fn parts(doc: &mut Document) -> Parts {
     // One window per texture: wall, frame and pane; the pane is smooth and dark, a few reflect like metal
     let styles: [([f32; 3], [f32; 3], f32, f32); 5] = [
         ([0.72, 0.66, 0.58], [0.10, 0.13, 0.17], 0.52, 0.58),
-        ([0.52, 0.32, 0.25], [0.12, 0.14, 0.16], 0.44, 0.56),
+        ([0.62, 0.46, 0.38], [0.12, 0.14, 0.16], 0.44, 0.56),
         ([0.56, 0.58, 0.60], [0.16, 0.22, 0.28], 0.80, 0.66),
         ([0.30, 0.36, 0.42], [0.20, 0.30, 0.38], 0.92, 0.86),
         ([0.82, 0.80, 0.76], [0.14, 0.16, 0.20], 0.62, 0.50),

@@ -141,52 +141,38 @@ fn drop_unused_samplers(doc: &mut Document, mut channels: Vec<Value>, clips: &[(
     doc.animation(json!({ "name": "walk", "channels": channels, "samplers": samplers }));
 }
 
-/// The figure in a few colours: one geometry, shared.
+/// The figure in a few colours: clothes and skin, one geometry each, shared.
 fn figures(doc: &mut Document) -> Vec<Index> {
-    let mut g = Geometry::default();
+    let (mut clothes, mut skin) = (Geometry::default(), Geometry::default());
     for (b, bone) in BONES.iter().enumerate() {
         let (from, to) = (Vec3::from(bone.joint), Vec3::from(bone.end));
         let axis = to - from;
         let mut limb = capsule(bone.radii[0], bone.radii[1], axis.length(), 16, 5);
+        // The cap at the joint follows the parent by a third, so that the skin stretches over the bend. glTF wants
+        // joint 0 where the weight is 0.
+        for p in &limb.positions {
+            let shared = bone.parent.map_or(0.0, |_| (-p[1] / bone.radii[0]).clamp(0.0, 1.0) / 3.0);
+            let parent = bone.parent.filter(|_| shared > 0.0).unwrap_or(0);
+            limb.joints.push([b as u8, parent as u8, 0, 0]);
+            limb.weights.push([1.0 - shared, shared, 0.0, 0.0]);
+        }
+        let bare = bone.name == "head" || bone.name.starts_with("forearm");
+        let trousers = ["hips", "thigh", "shin"].iter().any(|n| bone.name.starts_with(n));
+        if !bare {
+            // The vertex colour darkens the colour of the clothes to trousers.
+            limb = limb.coloured(|_| if trousers { [0.16, 0.17, 0.20] } else { [1.0; 3] });
+        }
         let map = Affine3A::from_rotation_translation(Quat::from_rotation_arc(Vec3::Y, axis.normalize()), from);
-        limb.joints = vec![[b as u8, bone.parent.unwrap_or(b) as u8, 0, 0]; limb.positions.len()];
-        // The cap at the joint follows the parent by a third, so that the skin stretches over the bend.
-        limb.weights = limb
-            .positions
-            .iter()
-            .map(|p| {
-                let shared = if bone.parent.is_some() { (-p[1] / bone.radii[0]).clamp(0.0, 1.0) / 3.0 } else { 0.0 };
-                [1.0 - shared, shared, 0.0, 0.0]
-            })
-            .collect();
-        if bone.parent.is_none() {
-            limb.joints.fill([b as u8, 0, 0, 0]);
-        }
-        for (joints, weights) in limb.joints.iter_mut().zip(&limb.weights) {
-            if weights[1] == 0.0 {
-                // glTF wants joint 0 where the weight is 0.
-                joints[1] = 0;
-            }
-        }
-        let clothes: [f32; 3] = match bone.name {
-            "head" => [0.80, 0.62, 0.50],
-            "hips" => [0.30, 0.30, 0.34],
-            name if name.starts_with("thigh") || name.starts_with("shin") => [0.30, 0.30, 0.34],
-            name if name.starts_with("forearm") => [0.80, 0.62, 0.50],
-            _ => [1.0, 1.0, 1.0],
-        };
-        let first = g.positions.len();
-        g.append(&Geometry { colours: Vec::new(), ..limb }, map);
-        g.colours.resize(first, [0.0; 3]);
-        g.colours.resize(g.positions.len(), clothes);
+        (if bare { &mut skin } else { &mut clothes }).append(&limb, map);
     }
     let colours = [[0.62, 0.10, 0.08], [0.06, 0.24, 0.42], [0.80, 0.52, 0.10], [0.12, 0.34, 0.20], [0.70, 0.70, 0.68]];
+    let skin_material = doc.plain_material("skin", [0.62, 0.40, 0.29], 0.0, 0.55);
     let mut meshes: Vec<Index> = Vec::new();
     for rgb in colours {
-        let material = doc.plain_material("clothes", rgb, 0.0, 0.6);
+        let material = doc.plain_material("clothes", rgb, 0.0, 0.7);
         let mesh = match meshes.first() {
             Some(&first) => doc.recoloured_mesh("figure", first, material),
-            None => doc.mesh("figure", &[(&g, material)]),
+            None => doc.mesh("figure", &[(&clothes, material), (&skin, skin_material)]),
         };
         meshes.push(mesh);
     }

@@ -237,12 +237,10 @@ impl Document {
         push(&mut self.meshes, json!({ "name": name, "primitives": primitives }))
     }
 
-    /// Adds a mesh with the geometry of another one, whose accessors it shares, in another material.
+    /// Adds a mesh with the geometry of another one, whose accessors it shares, its first primitive in another material.
     pub fn recoloured_mesh(&mut self, name: &str, mesh: Index, material: Index) -> Index {
         let mut primitives = self.meshes[mesh as usize]["primitives"].clone();
-        for primitive in primitives.as_array_mut().into_iter().flatten() {
-            primitive["material"] = json!(material);
-        }
+        primitives[0]["material"] = json!(material);
         push(&mut self.meshes, json!({ "name": name, "primitives": primitives }))
     }
 

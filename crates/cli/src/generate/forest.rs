@@ -59,7 +59,7 @@ pub fn forest(trees: u32, seed: u64) -> Document {
     undergrowth(&mut doc, seed, half, height);
 
     let sky = Sky {
-        sun_direction: Vec3::new(-0.55, 0.62, -0.56),
+        sun_direction: Vec3::new(-0.62, 0.58, 0.42),
         sun_colour: [1.0, 0.92, 0.78],
         sun_illuminance: 9.0,
         zenith: [0.36, 0.56, 0.86],
@@ -127,7 +127,7 @@ fn broadleaf(doc: &mut Document, stand: Index, parts: &Parts, random: &mut Rando
     let foliage = parts.foliage[random.below(3)];
     let trunk = doc.child(tree, Node::mesh(parts.trunk).scaled(Vec3::new(1.0, tall, 1.0)));
     let crown = Node::mesh(foliage).at(Vec3::Y * 6.3).turned(Quat::from_rotation_y(random.range(0.0, TAU)));
-    doc.child(trunk, crown.scaled(Vec3::new(1.5, 1.3 / tall, 1.5)));
+    doc.child(trunk, crown.scaled(Vec3::new(2.2, 1.9 / tall, 2.2)));
     for b in 0..6 {
         let up = 2.4 + 0.55 * b as f32 + random.range(-0.2, 0.2);
         let turn = Quat::from_rotation_y(b as f32 * 2.4 + random.range(-0.4, 0.4));
@@ -141,7 +141,7 @@ fn broadleaf(doc: &mut Document, stand: Index, parts: &Parts, random: &mut Rando
             let twig = Node::mesh(parts.branch).at(Vec3::Y * (1.2 + 0.45 * t as f32)).turned(turn * lean);
             let twig = doc.child(branch, twig.scaled(Vec3::splat(0.45)));
             let turn = Quat::from_rotation_y(random.range(0.0, TAU)) * Quat::from_rotation_x(random.range(0.0, PI));
-            doc.child(twig, Node::mesh(foliage).at(Vec3::Y * 2.2).turned(turn).scaled(Vec3::splat(2.2)));
+            doc.child(twig, Node::mesh(foliage).at(Vec3::Y * 2.0).turned(turn).scaled(Vec3::splat(3.2)));
         }
     }
     tree

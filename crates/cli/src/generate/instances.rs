@@ -33,9 +33,15 @@ pub fn instances(count: u32) -> Document {
         let (sin, cos) = angle.sin_cos();
         let dome = 1.5 * (-radius * radius / 9.0).exp();
         let wave = 0.18 * (radius * 3.2).cos();
-        let size = spacing * (0.62 + 0.3 * fractal_noise(5, radius * 0.9 * cos, radius * 0.9 * sin));
+        let size = spacing * (0.74 + 0.2 * fractal_noise(5, radius * 0.9 * cos, radius * 0.9 * sin));
         let position = Vec3::new(radius * sin, dome + wave + 0.2 + size, radius * cos);
-        let kind = [0, 1, 1, 2, 1, 1, 3, 1][(fractal_noise(9, radius * 1.5, 0.3) * 8.0) as usize % 8];
+        // Every 21st bead lies on one arm of the spiral: Fibonacci numbers are what the eye sees in it
+        let kind = match n % 21 {
+            0 | 1 => 0,
+            5 | 13 => 2,
+            8 | 9 | 16 => 3,
+            _ => 1,
+        };
         groups[kind][0].push(position);
         groups[kind][1].push(Vec3::new(size, size * 0.7, size));
         rotations[kind].push((Quat::from_rotation_y(angle) * Quat::from_rotation_x(0.35)).to_array());
