@@ -1,10 +1,12 @@
 //! Encoded images to [`ImageData`], in parallel, within a budget of bytes.
 
+use super::file::TextureFile;
 use super::mips::{chain_bytes, mip_chain};
+use super::{dds, ktx2};
 use crate::derived::materials::ImageUse;
 use crate::{DeriveError, DeriveWarning};
 use image::{DynamicImage, ImageDecoder, ImageReader};
-use orthant_resident::image::{ImageData, TexelFormat};
+use orthant_resident::image::{ImageData, MipLevel, TexelFormat};
 use orthant_scene::Scene;
 use orthant_scene::model::{Image, Store};
 use rayon::prelude::*;
@@ -20,7 +22,8 @@ pub struct ImageLimits {
 }
 
 /// Why an image is not shown.
-enum Failure {
+#[derive(Debug)]
+pub(super) enum Failure {
     /// It is broken, missing or of an unknown kind: its textures are left out.
     Warning(String),
     /// It does not fit the budget.
@@ -38,13 +41,21 @@ pub fn decode_images(
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Vec<Option<Arc<ImageData>>>, DeriveError> {
     let taken = AtomicU64::new(0);
-    let results: Vec<_> =
-        uses.par_iter().map(|use_| decode(&scene.images()[use_.image], use_.srgb, limits.max_bytes, &taken)).collect();
+    let budget = Budget { max_bytes: limits.max_bytes, taken: &taken };
+    let decode_use = |use_: &ImageUse| {
+        let image: &Image = &scene.images()[use_.image];
+        let data = image.data.as_ref().ok_or_else(|| Failure::Warning("the image file is missing".into()))?;
+        decode(data, use_.srgb, &budget)
+    };
+    let results: Vec<_> = uses.par_iter().map(decode_use).collect();
     let mut images = Vec::with_capacity(uses.len());
     for (use_, result) in uses.iter().zip(results) {
         let place = format!("/images/{}", Store::<_, ()>::slot(use_.image));
         match result {
-            Ok(image) => images.push(Some(Arc::new(image))),
+            Ok((image, note)) => {
+                warnings.extend(note.map(|what| DeriveWarning { place, what }));
+                images.push(Some(Arc::new(image)));
+            }
             Err(Failure::Warning(reason)) => {
                 warnings.push(DeriveWarning { place, what: format!("{reason}; its textures are left out") });
                 images.push(None);
@@ -62,10 +73,63 @@ pub fn decode_images(
     Ok(images)
 }
 
-fn decode(image: &Image, srgb: bool, max_bytes: u64, taken: &AtomicU64) -> Result<ImageData, Failure> {
-    let data = image.data.as_ref().ok_or_else(|| Failure::Warning("the image file is missing".into()))?;
+/// An image, and what it shows otherwise than its file says.
+type Decoded = (ImageData, Option<String>);
+
+/// The bytes that images may take, and have taken.
+struct Budget<'a> {
+    max_bytes: u64,
+    taken: &'a AtomicU64,
+}
+
+impl Budget<'_> {
+    /// Charges an image with all its levels, before memory is taken for it.
+    fn charge(&self, format: TexelFormat, width: u32, height: u32) -> Result<(), Failure> {
+        let needed = chain_bytes(format, width, height);
+        let before = self.taken.fetch_add(needed, Ordering::Relaxed);
+        if before.saturating_add(needed) > self.max_bytes { Err(Failure::OverBudget { needed }) } else { Ok(()) }
+    }
+}
+
+/// Decodes by content, whatever the document says that the image is.
+fn decode(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<Decoded, Failure> {
+    if data.starts_with(ktx2::MAGIC) {
+        return decode_file(&ktx2::open(data).map_err(Failure::Warning)?, srgb, budget);
+    }
+    if data.starts_with(dds::MAGIC) {
+        return decode_file(&dds::open(data).map_err(Failure::Warning)?, srgb, budget);
+    }
+    Ok((decode_image(data, srgb, budget)?, None))
+}
+
+/// [`decode`] of one image alone.
+#[cfg(test)]
+pub(super) fn decode_bytes(data: &[u8], srgb: bool, max_bytes: u64) -> Result<Decoded, Failure> {
+    decode(data, srgb, &Budget { max_bytes, taken: &AtomicU64::new(0) })
+}
+
+/// KTX2 and DDS: the file's own levels where it has all of them, else the first and ours.
+fn decode_file(file: &TextureFile<'_>, srgb: bool, budget: &Budget<'_>) -> Result<Decoded, Failure> {
+    let format = file.texel_format(srgb);
+    budget.charge(format, file.width, file.height)?;
+    let first = file.decode(0).map_err(Failure::Warning)?;
+    if file.levels.len() == 1 {
+        return Ok((mip_chain(format, file.width, file.height, first), file.note.clone()));
+    }
+    let mut image = ImageData { format, levels: Vec::with_capacity(file.levels.len()), texels: Vec::new() };
+    for level in 0..file.levels.len() {
+        let texels = if level == 0 { &first } else { &file.decode(level).map_err(Failure::Warning)? };
+        let (width, height) = file.size(level);
+        image.levels.push(MipLevel { width, height, offset: image.texels.len() });
+        image.texels.extend_from_slice(texels);
+    }
+    Ok((image, file.note.clone()))
+}
+
+/// PNG, JPEG, WebP and Radiance HDR.
+fn decode_image(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<ImageData, Failure> {
     let broken = |e: image::ImageError| Failure::Warning(format!("the image cannot be decoded: {e}"));
-    let reader = ImageReader::new(Cursor::new(data.as_slice()))
+    let reader = ImageReader::new(Cursor::new(data))
         .with_guessed_format()
         .map_err(|e| Failure::Warning(format!("the image cannot be read: {e}")))?;
     let mut decoder = reader.into_decoder().map_err(broken)?;
@@ -81,11 +145,7 @@ fn decode(image: &Image, srgb: bool, max_bytes: u64, taken: &AtomicU64) -> Resul
         (2, false) => TexelFormat::Rgba16Linear,
         _ => TexelFormat::Rgba32Float,
     };
-    let needed = chain_bytes(format, width, height);
-    let before = taken.fetch_add(needed, Ordering::Relaxed);
-    if before.saturating_add(needed) > max_bytes {
-        return Err(Failure::OverBudget { needed });
-    }
+    budget.charge(format, width, height)?;
     // The decoder's own buffers are bounded by the header's size too: a bomb is refused before it is inflated.
     let mut bounds = image::Limits::no_limits();
     bounds.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));

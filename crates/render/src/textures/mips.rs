@@ -41,7 +41,11 @@ pub fn mean_color(image: &ImageData) -> Vec3 {
 
 /// Bytes of an image with all its levels.
 pub(super) fn chain_bytes(format: TexelFormat, width: u32, height: u32) -> u64 {
-    level_sizes(width, height).map(|(w, h)| u64::from(w) * u64::from(h) * format.bytes() as u64).sum()
+    let texels = |(w, h)| u64::from(w) * u64::from(h);
+    level_sizes(width, height).fold(0, |sum: u64, size| {
+        // Declared sizes may be anything: what does not fit into the number fits into no budget either.
+        sum.saturating_add(texels(size).saturating_mul(format.bytes() as u64))
+    })
 }
 
 fn level_sizes(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {

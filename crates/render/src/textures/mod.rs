@@ -1,8 +1,19 @@
 //! Images: decoding and mip chains.
+//!
+//! PNG, JPEG, WebP and Radiance HDR go through the `image` crate; KTX2 and DDS are read here (`ktx2`, `dds`), to a
+//! common [`file::TextureFile`] whose levels are decoded by `encoding` (plain and block-compressed texels) and `basis`
+//! (ETC1S and UASTC).
 
+mod basis;
+mod dds;
 mod decode;
+mod encoding;
+mod file;
+mod ktx2;
 mod mips;
 mod srgb;
+#[cfg(test)]
+mod tests;
 
 pub use decode::{ImageLimits, decode_images};
 pub use mips::{mean_color, mip_chain};
