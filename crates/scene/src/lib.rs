@@ -7,5 +7,9 @@ pub mod accessor;
 pub mod codec;
 pub mod import;
 pub mod model;
+mod place;
+#[cfg(test)]
+mod testing;
+pub mod visit;
 
 pub use model::Scene;

@@ -1,32 +1,124 @@
-slotmap::new_key_type! {
+use super::{Scene, Store};
+use slotmap::Key;
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $kind:ident: $id:ident in $store:ident, $array:literal, $name:literal;)*) => {
+        slotmap::new_key_type! {
+            $($(#[$doc])* pub struct $id;)*
+        }
+
+        /// A kind of object that has ids.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Kind {
+            $($(#[$doc])* $kind,)*
+        }
+
+        impl Kind {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$kind),*];
+
+            /// In words.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$kind => $name,)* }
+            }
+
+            /// Where the document lists its objects: a JSON pointer.
+            pub fn array(self) -> &'static str {
+                match self { $(Self::$kind => $array,)* }
+            }
+        }
+
+        /// The id of an object of any kind.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum AnyId {
+            $($(#[$doc])* $kind($id),)*
+        }
+
+        impl AnyId {
+            /// The kind of the object.
+            pub fn kind(self) -> Kind {
+                match self { $(Self::$kind(_) => Kind::$kind,)* }
+            }
+
+            /// The slot of the id: after loading one file, its index in the file.
+            pub fn slot(self) -> usize {
+                match self { $(Self::$kind(id) => Store::<$id, ()>::slot(id),)* }
+            }
+
+            /// The id of object number `index` of a new scene.
+            pub(crate) fn nth(kind: Kind, index: usize) -> Self {
+                match kind { $(Kind::$kind => Self::$kind(Store::<$id, ()>::nth_id(index)),)* }
+            }
+        }
+
+        impl Scene {
+            /// How many objects of a kind there are.
+            pub fn count(&self, kind: Kind) -> usize {
+                match kind { $(Kind::$kind => self.$store.len(),)* }
+            }
+
+            /// Whether the object exists.
+            pub fn contains(&self, id: impl Into<AnyId>) -> bool {
+                match id.into() { $(AnyId::$kind(id) => self.$store.get(id).is_some(),)* }
+            }
+
+            /// The ids of all objects of a kind, in the order of the document.
+            pub fn ids_of(&self, kind: Kind) -> Vec<AnyId> {
+                match kind { $(Kind::$kind => self.$store.ids().map(AnyId::$kind).collect(),)* }
+            }
+        }
+
+        $(impl Id for $id {
+            const KIND: Kind = Kind::$kind;
+        }
+
+        impl From<$id> for AnyId {
+            #[inline]
+            fn from(id: $id) -> Self {
+                Self::$kind(id)
+            }
+        })*
+    };
+}
+
+/// An id of one kind.
+pub trait Id: Key + Into<AnyId> {
+    /// The kind.
+    const KIND: Kind;
+}
+
+ids! {
     /// A scene (set of roots).
-    pub struct SceneId;
+    Scene: SceneId in scenes, "/scenes", "scene";
     /// A node.
-    pub struct NodeId;
+    Node: NodeId in nodes, "/nodes", "node";
     /// A mesh.
-    pub struct MeshId;
+    Mesh: MeshId in meshes, "/meshes", "mesh";
     /// A material.
-    pub struct MaterialId;
+    Material: MaterialId in materials, "/materials", "material";
     /// A texture.
-    pub struct TextureId;
+    Texture: TextureId in textures, "/textures", "texture";
     /// An image.
-    pub struct ImageId;
+    Image: ImageId in images, "/images", "image";
     /// A sampler.
-    pub struct SamplerId;
+    Sampler: SamplerId in samplers, "/samplers", "sampler";
     /// An accessor.
-    pub struct AccessorId;
+    Accessor: AccessorId in accessors, "/accessors", "accessor";
     /// A buffer view.
-    pub struct BufferViewId;
+    BufferView: BufferViewId in buffer_views, "/bufferViews", "buffer view";
     /// A buffer.
-    pub struct BufferId;
+    Buffer: BufferId in buffers, "/buffers", "buffer";
     /// A skin.
-    pub struct SkinId;
+    Skin: SkinId in skins, "/skins", "skin";
     /// An animation.
-    pub struct AnimationId;
+    Animation: AnimationId in animations, "/animations", "animation";
     /// A camera.
-    pub struct CameraId;
+    Camera: CameraId in cameras, "/cameras", "camera";
     /// A punctual light.
-    pub struct LightId;
+    Light: LightId in lights, "/extensions/KHR_lights_punctual/lights", "light";
     /// A material variant.
-    pub struct VariantId;
+    Variant: VariantId in variants, "/extensions/KHR_materials_variants/variants", "variant";
+    /// A packet of metadata.
+    Packet: PacketId in packets, "/extensions/KHR_xmp_json_ld/packets", "metadata packet";
 }

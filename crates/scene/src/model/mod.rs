@@ -5,6 +5,7 @@
 
 mod animation;
 mod blob;
+mod extra;
 mod geometry;
 mod ids;
 mod lobes;
@@ -15,6 +16,7 @@ mod texture;
 
 pub use animation::*;
 pub use blob::Blob;
+pub use extra::*;
 pub use geometry::*;
 pub use ids::*;
 pub use material::*;
@@ -22,20 +24,13 @@ pub use node::*;
 pub use store::Store;
 pub use texture::*;
 
-use serde_json::{Map, Value};
-
-/// What an object carries besides what is modelled: kept for export, byte for byte in meaning.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Extra {
-    /// glTF `extras`.
-    pub extras: Option<Box<Value>>,
-    /// Extensions that are not modelled, by name, in file order.
-    pub extensions: Option<Box<Map<String, Value>>>,
-}
+use serde_json::Value;
 
 /// glTF `asset`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Asset {
+    /// `version`, if it is another than 2.0.
+    pub version: Option<String>,
     /// `generator`.
     pub generator: Option<String>,
     /// `copyright`.
@@ -57,6 +52,10 @@ pub struct SceneRoots {
     pub extra: Extra,
 }
 
+/// KHR_xmp_json_ld: a packet of metadata.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Packet(pub Value);
+
 /// The authoritative model scene.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -77,8 +76,11 @@ pub struct Scene {
     pub(crate) cameras: Store<CameraId, Camera>,
     pub(crate) lights: Store<LightId, Light>,
     pub(crate) variants: Store<VariantId, Variant>,
+    pub(crate) packets: Store<PacketId, Packet>,
     pub(crate) extensions_used: Vec<String>,
     pub(crate) extensions_required: Vec<String>,
+    /// Those of `extensions_used` that the file declares although nothing in it shows a use: export keeps them.
+    pub(crate) extensions_declared_only: Vec<String>,
     pub(crate) extra: Extra,
 }
 
@@ -121,6 +123,8 @@ getters! {
     lights: LightId => Light;
     /// All material variants.
     variants: VariantId => Variant;
+    /// All packets of metadata.
+    packets: PacketId => Packet;
 }
 
 impl Scene {

@@ -35,6 +35,16 @@ impl<K: Key, V> Store<K, V> {
         self.0.iter()
     }
 
+    /// All objects, in slot order, to be changed.
+    pub(crate) fn values_mut(&mut self) -> impl Iterator<Item = &mut V> {
+        self.0.values_mut()
+    }
+
+    /// All objects, in slot order.
+    pub fn values(&self) -> impl Iterator<Item = &V> {
+        self.0.values()
+    }
+
     /// All ids, in slot order.
     pub fn ids(&self) -> impl Iterator<Item = K> + '_ {
         self.0.keys()

@@ -8,7 +8,6 @@ mod convert;
 mod extensions;
 mod glb;
 mod parse;
-mod place;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -21,7 +20,7 @@ use super::warning::{Warning, WarningKind, Warnings};
 use super::{ImportFault, Place};
 use crate::Scene;
 use crate::model::{self, Blob};
-use place::At;
+use crate::place::At;
 
 /// U+FEFF in UTF-8: not allowed before the JSON, but some editors write it.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";

@@ -1,7 +1,7 @@
 //! From text to schema, with the place of a fault.
 
-use super::place::{At, push_key};
 use crate::import::{ImportFault, Place};
+use crate::place::{At, push_key};
 use serde::Deserialize;
 use serde_path_to_error::Segment;
 

@@ -1,9 +1,9 @@
 //! Animations. They are kept for playing and saving; what is odd about one does not keep the scene from being shown.
 
 use super::{Converter, Members, Result, invalid};
-use crate::import::gltf::place::At;
 use crate::import::gltf::schema;
 use crate::model::*;
+use crate::place::At;
 
 impl Converter<'_> {
     pub(super) fn animations(&mut self, animations: Vec<schema::Animation<'_>>) -> Result<()> {
@@ -26,14 +26,15 @@ impl Converter<'_> {
         for (i, c) in a.channels.into_iter().enumerate() {
             channels.extend(self.animation_channel(c, samplers.len(), &channels_at.index(i))?);
         }
-        let extra = Members::new(a.extensions).finish(a.extras, at)?;
+        let extra = Members::new(a.extensions, a.rest).finish(a.extras, at)?;
         Ok(Animation { name: a.name, channels, samplers, extra })
     }
 
     fn animation_sampler(&mut self, s: schema::AnimationSampler<'_>, at: &At<'_>) -> Result<AnimationSampler> {
         let input = self.counts.accessor(s.input, &at.key("input"))?;
         let output = self.counts.accessor(s.output, &at.key("output"))?;
-        let interpolation = match s.interpolation {
+        let mut stated = Stated::default();
+        let interpolation = match stated.note(Member::Interpolation, s.interpolation) {
             None | Some(schema::Interpolation::Linear) => Interpolation::Linear,
             Some(schema::Interpolation::Step) => Interpolation::Step,
             Some(schema::Interpolation::CubicSpline) => Interpolation::CubicSpline,
@@ -48,7 +49,7 @@ impl Converter<'_> {
         if times.checked_mul(per_key).is_none_or(|keys| keys == 0 || values % keys != 0) {
             self.tolerate("an animation has not as many values as times", &at.key("output"));
         }
-        let extra = Members::new(s.extensions).finish(s.extras, at)?;
+        let extra = Members::new(s.extensions, s.rest).finish(s.extras, at)?.stating(stated);
         Ok(AnimationSampler { input, interpolation, output, extra })
     }
 
@@ -79,8 +80,8 @@ impl Converter<'_> {
             sampler: c.sampler.0 as usize,
             node,
             path,
-            target_extra: Members::new(c.target.extensions).finish(c.target.extras, target_at)?,
-            extra: Members::new(c.extensions).finish(c.extras, at)?,
+            target_extra: Members::new(c.target.extensions, c.target.rest).finish(c.target.extras, target_at)?,
+            extra: Members::new(c.extensions, c.rest).finish(c.extras, at)?,
         }))
     }
 }

@@ -7,9 +7,9 @@ use crate::import::ImportFault;
 use crate::import::data_uri;
 use crate::import::files::FileFault;
 use crate::import::gltf::extensions::COMPRESSED_VIEWS;
-use crate::import::gltf::place::At;
 use crate::import::gltf::schema::{self, Int};
 use crate::model::*;
+use crate::place::At;
 
 impl Converter<'_> {
     /// A buffer without any data becomes an empty one. So does one that compressed views alone refer to: it is not read,
@@ -26,7 +26,7 @@ impl Converter<'_> {
         for (i, b) in buffers.into_iter().enumerate() {
             let at = &at.index(i);
             let declared = b.byte_length.0;
-            let mut members = Members::new(b.extensions);
+            let mut members = Members::new(b.extensions, b.rest);
             let mut fallback = compressed.decoded_only[i];
             for &name in COMPRESSED_VIEWS {
                 let marker: Option<schema::MeshoptBuffer> = members.take(name, at)?;
@@ -95,11 +95,11 @@ impl Converter<'_> {
         for (i, v) in views.into_iter().enumerate() {
             let at = &at.index(i);
             let buffer = self.counts.buffer(v.buffer, &at.key("buffer"))?;
+            let mut stated = Stated::default();
+            let offset = stated.note(Member::ByteOffset, v.byte_offset).unwrap_or_default();
             let (buffer, offset, length) = match compressed.place(i) {
                 Some(decoded) => decoded,
-                None => {
-                    (buffer, size(v.byte_offset, &at.key("byteOffset"))?, size(v.byte_length, &at.key("byteLength"))?)
-                }
+                None => (buffer, size(offset, &at.key("byteOffset"))?, size(v.byte_length, &at.key("byteLength"))?),
             };
             let available = self.scene.buffers[buffer].data.len();
             let end = offset as u128 + length as u128;
@@ -123,7 +123,7 @@ impl Converter<'_> {
                 length,
                 stride,
                 target: v.target.map(|t| small(t, &at.key("target"))).transpose()?,
-                extra: Members::new(v.extensions).finish(v.extras, at)?,
+                extra: Members::new(v.extensions, v.rest).finish(v.extras, at)?.stating(stated),
             };
             self.scene.buffer_views.insert_nth(i, view);
         }
@@ -149,7 +149,10 @@ impl Converter<'_> {
         if count == 0 {
             self.tolerate("an accessor should have at least one element", &at.key("count"));
         }
-        if a.normalized && matches!(component_type, ComponentType::F32 | ComponentType::U32) {
+        let mut stated = Stated::default();
+        let normalized = stated.note(Member::Normalized, a.normalized).unwrap_or(false);
+        let offset = stated.note(Member::ByteOffset, a.byte_offset).unwrap_or_default();
+        if normalized && matches!(component_type, ComponentType::F32 | ComponentType::U32) {
             self.tolerate("this component type cannot be normalized; the flag is ignored", &at.key("normalized"));
         }
         let view = a.buffer_view.map(|v| self.counts.buffer_view(v, &at.key("bufferView"))).transpose()?;
@@ -167,30 +170,37 @@ impl Converter<'_> {
         Ok(Accessor {
             name: a.name,
             view,
-            offset: size(a.byte_offset, &at.key("byteOffset"))?,
+            offset: size(offset, &at.key("byteOffset"))?,
             component_type,
-            normalized: a.normalized,
+            normalized,
             count,
             element_type,
             min: a.min,
             max: a.max,
             sparse: sparse.map(Box::new),
-            extra: Members::new(a.extensions).finish(a.extras, at)?,
+            extra: Members::new(a.extensions, a.rest).finish(a.extras, at)?.stating(stated),
         })
     }
 
     fn sparse(&self, s: schema::Sparse<'_>, at: &At<'_>) -> Result<Sparse> {
         let (indices, values) = (&at.key("indices"), &at.key("values"));
+        let (mut of_indices, mut of_values) = (Stated::default(), Stated::default());
+        let indices_offset = of_indices.note(Member::ByteOffset, s.indices.byte_offset).unwrap_or_default();
+        let values_offset = of_values.note(Member::ByteOffset, s.values.byte_offset).unwrap_or_default();
         Ok(Sparse {
             count: size(s.count, &at.key("count"))?,
             indices_view: self.counts.buffer_view(s.indices.buffer_view, &indices.key("bufferView"))?,
-            indices_offset: size(s.indices.byte_offset, &indices.key("byteOffset"))?,
+            indices_offset: size(indices_offset, &indices.key("byteOffset"))?,
             indices_type: component_type(s.indices.component_type, &indices.key("componentType"))?,
-            indices_extra: Members::new(s.indices.extensions).finish(s.indices.extras, indices)?,
+            indices_extra: Members::new(s.indices.extensions, s.indices.rest)
+                .finish(s.indices.extras, indices)?
+                .stating(of_indices),
             values_view: self.counts.buffer_view(s.values.buffer_view, &values.key("bufferView"))?,
-            values_offset: size(s.values.byte_offset, &values.key("byteOffset"))?,
-            values_extra: Members::new(s.values.extensions).finish(s.values.extras, values)?,
-            extra: Members::new(s.extensions).finish(s.extras, at)?,
+            values_offset: size(values_offset, &values.key("byteOffset"))?,
+            values_extra: Members::new(s.values.extensions, s.values.rest)
+                .finish(s.values.extras, values)?
+                .stating(of_values),
+            extra: Members::new(s.extensions, s.rest).finish(s.extras, at)?,
         })
     }
 }

@@ -9,9 +9,9 @@ use super::{Converter, Members, Result, invalid, size};
 use crate::codec::meshopt::{self, Filter, MeshoptError, Mode};
 use crate::import::ImportFault;
 use crate::import::gltf::extensions::COMPRESSED_VIEWS;
-use crate::import::gltf::place::At;
-use crate::import::gltf::schema;
+use crate::import::gltf::schema::{self, Rest};
 use crate::model::*;
+use crate::place::At;
 use rayon::prelude::*;
 
 /// A compressed view: what the extension object says, and where its bytes will be.
@@ -60,7 +60,7 @@ impl Converter<'_> {
         for (index, view) in root.buffer_views.iter_mut().enumerate() {
             let at = &at.index(index);
             let parent = usize::try_from(view.buffer.0).ok().filter(|&b| b < buffers);
-            let mut members = Members::new(view.extensions.take());
+            let mut members = Members::new(view.extensions.take(), Rest::default());
             let taken = self.compressed_view(index, view, &mut members, at)?;
             view.extensions = Some(members.into_extensions());
             match (taken, parent) {

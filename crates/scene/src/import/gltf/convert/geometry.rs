@@ -3,9 +3,9 @@
 use super::{Converter, Members, Result, invalid};
 use crate::import::ImportFault;
 use crate::import::gltf::extensions::DRACO;
-use crate::import::gltf::place::At;
 use crate::import::gltf::schema;
 use crate::model::*;
+use crate::place::At;
 
 impl Converter<'_> {
     pub(super) fn variants<'a>(&mut self, variants: schema::Variants<'a>, members: &mut Members<'a>) -> Result<()> {
@@ -14,10 +14,10 @@ impl Converter<'_> {
         let at = &at.key(name);
         let at = &at.key("variants");
         for (i, v) in variants.variants.into_iter().enumerate() {
-            let extra = Members::new(v.extensions).finish(v.extras, &at.index(i))?;
+            let extra = Members::new(v.extensions, v.rest).finish(v.extras, &at.index(i))?;
             self.scene.variants.insert_nth(i, Variant { name: v.name, extra });
         }
-        members.keep_rest(name, variants.extensions, variants.extras, &At::Root)
+        members.keep_rest(name, variants.extensions, variants.extras, variants.rest, &At::Root)
     }
 
     pub(super) fn meshes(&mut self, meshes: Vec<schema::Mesh<'_>>) -> Result<()> {
@@ -52,13 +52,14 @@ impl Converter<'_> {
             name: m.name,
             primitives,
             weights: m.weights,
-            extra: Members::new(m.extensions).finish(m.extras, at)?,
+            extra: Members::new(m.extensions, m.rest).finish(m.extras, at)?,
         })
     }
 
     fn primitive(&mut self, p: schema::Primitive<'_>, at: &At<'_>) -> Result<Primitive> {
-        let mode = mode(p.mode, &at.key("mode"))?;
-        let mut members = Members::new(p.extensions);
+        let mut stated = Stated::default();
+        let mode = mode(stated.note(Member::Mode, p.mode), &at.key("mode"))?;
+        let mut members = Members::new(p.extensions, p.rest);
         let attributes = self.attributes(p.attributes, &at.key("attributes"))?;
         let indices = p.indices.map(|i| self.counts.accessor(i, &at.key("indices"))).transpose()?;
         let mut targets = Vec::with_capacity(p.targets.len());
@@ -77,7 +78,7 @@ impl Converter<'_> {
         let variants = match members.take::<schema::VariantMappings<'_>>(name, at)? {
             None => Vec::new(),
             Some(v) => {
-                members.keep_rest(name, v.extensions, v.extras, at)?;
+                members.keep_rest(name, v.extensions, v.extras, v.rest, at)?;
                 self.variant_mappings(v.mappings, &at.key("extensions").key(name).key("mappings"))?
             }
         };
@@ -88,7 +89,7 @@ impl Converter<'_> {
             targets,
             material: p.material.map(|m| self.counts.material(m, &at.key("material"))).transpose()?,
             variants,
-            extra: members.finish(p.extras, at)?,
+            extra: members.finish(p.extras, at)?.stating(stated),
         })
     }
 
@@ -110,7 +111,7 @@ impl Converter<'_> {
             for (k, v) in m.variants.into_iter().enumerate() {
                 variants.push(self.counts.variant(v, &at.key("variants").index(k))?);
             }
-            let extra = Members::new(m.extensions).finish(m.extras, at)?;
+            let extra = Members::new(m.extensions, m.rest).finish(m.extras, at)?;
             out.push(VariantMapping { material, variants, name: m.name, extra });
         }
         Ok(out)

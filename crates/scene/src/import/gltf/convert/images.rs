@@ -6,10 +6,10 @@ use crate::import::ImportFault;
 use crate::import::data_uri::{self, DataUriFault};
 use crate::import::files::FileFault;
 use crate::import::gltf::extensions::TEXTURE_SOURCES;
-use crate::import::gltf::place::At;
 use crate::import::gltf::schema::{self, Int};
 use crate::import::warning::WarningKind;
 use crate::model::*;
+use crate::place::At;
 
 impl Converter<'_> {
     pub(super) fn samplers(&mut self, samplers: Vec<schema::Sampler<'_>>) -> Result<()> {
@@ -23,7 +23,7 @@ impl Converter<'_> {
                 min_filter: self.known(s.min_filter, min_filter, &at.key("minFilter")),
                 wrap_s: self.known(s.wrap_s, wrap_mode, &at.key("wrapS")),
                 wrap_t: self.known(s.wrap_t, wrap_mode, &at.key("wrapT")),
-                extra: Members::new(s.extensions).finish(s.extras, at)?,
+                extra: Members::new(s.extensions, s.rest).finish(s.extras, at)?,
             };
             self.scene.samplers.insert_nth(i, sampler);
         }
@@ -60,7 +60,7 @@ impl Converter<'_> {
                 let kind = WarningKind::MimeType { declared: declared.clone(), content };
                 self.warn(kind, &at.key("mimeType"));
             }
-            let extra = Members::new(image.extensions).finish(image.extras, at)?;
+            let extra = Members::new(image.extensions, image.rest).finish(image.extras, at)?;
             let image = Image { name: image.name, source, mime_type: image.mime_type, data, extra };
             self.scene.images.insert_nth(i, image);
         }
@@ -103,7 +103,7 @@ impl Converter<'_> {
             if t.sampler.is_some() && sampler.is_none() {
                 self.tolerate("there is no such sampler; the default is used", &at.key("sampler"));
             }
-            let members = Members::new(t.extensions);
+            let members = Members::new(t.extensions, t.rest);
             match source {
                 None => {
                     if let Some(name) = TEXTURE_SOURCES.iter().find(|name| members.has(name)) {

@@ -11,14 +11,15 @@ mod nodes;
 mod references;
 
 use super::extensions::{ALTERNATIVES, SUPPORTED};
-use super::place::At;
 use super::{Fault, schema};
 use crate::Scene;
 use crate::import::ImportFault;
 use crate::import::budget::Budget;
 use crate::import::files::Files;
 use crate::import::warning::{Warning, WarningKind, Warnings};
-use crate::model::{Asset, Blob};
+use crate::model::{Asset, Blob, Packet};
+use crate::place::At;
+use crate::visit;
 use extra::Members;
 use references::Counts;
 
@@ -46,10 +47,11 @@ pub fn convert(
     let mut c = Converter { scene: Scene::default(), counts: Counts::of(&root), warnings, files, budget };
     c.extensions(&root)?;
     let at = &At::Root;
-    let mut members = Members::new(root.extensions.take());
+    let mut members = Members::new(root.extensions.take(), std::mem::take(&mut root.rest));
     let compressed = c.compressed_views(&mut root)?;
     let lights: Option<schema::Lights<'_>> = members.take("KHR_lights_punctual", at)?;
     let variants: Option<schema::Variants<'_>> = members.take("KHR_materials_variants", at)?;
+    let packets: Option<schema::Packets<'_>> = members.take("KHR_xmp_json_ld", at)?;
     c.counts.lights = lights.as_ref().map_or(0, |l| l.lights.len());
     c.counts.variants = variants.as_ref().map_or(0, |v| v.variants.len());
 
@@ -72,13 +74,24 @@ pub fn convert(
     if let Some(lights) = lights {
         c.lights(lights, &mut members)?;
     }
+    if let Some(packets) = packets {
+        c.packets(packets, &mut members)?;
+    }
     c.skins(root.skins)?;
     c.nodes(root.nodes)?;
     c.animations(root.animations)?;
     c.scenes(root.scenes)?;
     c.scene.default_scene = root.scene.map(|s| c.counts.scene(s, &at.key("scene"))).transpose()?;
     c.scene.extra = members.finish(root.extras, at)?;
+    references::connect(&mut c.scene, &mut c.warnings)?;
+    c.scene.extensions_declared_only = declared_only(&c.scene);
     Ok((c.scene, c.warnings.into_list()))
+}
+
+/// The extensions that the file declares and that nothing in it shows.
+fn declared_only(scene: &Scene) -> Vec<String> {
+    let in_use = visit::extensions_in_use(scene);
+    scene.extensions_used.iter().filter(|name| !in_use.contains(*name)).cloned().collect()
 }
 
 /// A file is understood if it asks for 2.0 at least; a later minor version may not break what 2.0 says.
@@ -97,10 +110,11 @@ fn check_version(asset: &schema::Asset<'_>) -> Result<()> {
 fn asset(asset: schema::Asset<'_>, at: &At<'_>) -> Result<Asset> {
     let at = &at.key("asset");
     Ok(Asset {
+        version: Some(asset.version).filter(|version| version != "2.0"),
         generator: asset.generator,
         copyright: asset.copyright,
         min_version: asset.min_version,
-        extra: Members::new(asset.extensions).finish(asset.extras, at)?,
+        extra: Members::new(asset.extensions, asset.rest).finish(asset.extras, at)?,
     })
 }
 
@@ -122,6 +136,13 @@ impl Converter<'_> {
             }
         }
         Ok(())
+    }
+
+    fn packets<'a>(&mut self, packets: schema::Packets<'a>, members: &mut Members<'a>) -> Result<()> {
+        for (i, packet) in packets.packets.into_iter().enumerate() {
+            self.scene.packets.insert_nth(i, Packet(packet));
+        }
+        members.keep_rest("KHR_xmp_json_ld", packets.extensions, packets.extras, packets.rest, &At::Root)
     }
 
     fn warn(&mut self, kind: WarningKind, at: &At<'_>) {

@@ -2,9 +2,9 @@
 
 use super::{Converter, Members, Result, invalid};
 use crate::import::ImportFault;
-use crate::import::gltf::place::At;
 use crate::import::gltf::schema::{self, Int};
 use crate::model::*;
+use crate::place::At;
 
 /// How far a rotation's length may be from 1 before it is worth a warning. It is normalised when used in any case.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -52,7 +52,8 @@ impl Converter<'_> {
     }
 
     fn node(&mut self, n: schema::Node<'_>, parent: Option<NodeId>, at: &At<'_>) -> Result<Node> {
-        let transform = self.transform(&n, at)?;
+        let mut stated = Stated::default();
+        let transform = self.transform(&n, &mut stated, at)?;
         // `parents` has checked each child.
         let children = n.children.iter().map(|c| Store::<NodeId, Node>::nth_id(c.0 as usize)).collect();
         let mesh = n.mesh.map(|m| self.counts.mesh(m, &at.key("mesh"))).transpose()?;
@@ -70,15 +71,16 @@ impl Converter<'_> {
             weights: n.weights,
             ..Node::default()
         };
-        if n.extensions.is_some() || n.extras.is_some() {
-            let mut members = Members::new(n.extensions);
-            self.node_extensions(&mut members, &mut node, at)?;
+        if n.extensions.is_some() || n.extras.is_some() || n.rest.0.is_some() {
+            let mut members = Members::new(n.extensions, n.rest);
+            self.node_extensions(&mut members, &mut node, &mut stated, at)?;
             node.extra = members.finish(n.extras, at)?;
         }
+        node.extra.stated = stated;
         Ok(node)
     }
 
-    fn transform(&mut self, n: &schema::Node<'_>, at: &At<'_>) -> Result<Transform> {
+    fn transform(&mut self, n: &schema::Node<'_>, stated: &mut Stated, at: &At<'_>) -> Result<Transform> {
         let has_trs = n.translation.is_some() || n.rotation.is_some() || n.scale.is_some();
         if let Some(m) = &n.matrix {
             if has_trs {
@@ -93,15 +95,15 @@ impl Converter<'_> {
         if !has_trs {
             return Ok(Transform::default());
         }
-        let rotation = n.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let rotation = stated.note(Member::Rotation, n.rotation).unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let length = rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
         if (length - 1.0).abs() > UNIT_TOLERANCE {
             self.tolerate("the rotation is not of unit length; it is normalised", &at.key("rotation"));
         }
         Ok(Transform::Trs {
-            translation: n.translation.unwrap_or([0.0; 3]),
+            translation: stated.note(Member::Translation, n.translation).unwrap_or([0.0; 3]),
             rotation,
-            scale: n.scale.unwrap_or([1.0; 3]),
+            scale: stated.note(Member::Scale, n.scale).unwrap_or([1.0; 3]),
         })
     }
 
@@ -120,17 +122,23 @@ impl Converter<'_> {
         }
     }
 
-    fn node_extensions<'a>(&mut self, members: &mut Members<'a>, node: &mut Node, at: &At<'_>) -> Result<()> {
+    fn node_extensions<'a>(
+        &mut self,
+        members: &mut Members<'a>,
+        node: &mut Node,
+        stated: &mut Stated,
+        at: &At<'_>,
+    ) -> Result<()> {
         let extensions = &at.key("extensions");
         let name = "KHR_lights_punctual";
         if let Some(e) = members.take::<schema::NodeLight<'a>>(name, at)? {
             node.light = Some(self.counts.light(e.light, &extensions.key(name).key("light"))?);
-            members.keep_rest(name, e.extensions, e.extras, at)?;
+            members.keep_rest(name, e.extensions, e.extras, e.rest, at)?;
         }
         let name = "KHR_node_visibility";
         if let Some(e) = members.take::<schema::NodeVisibility<'a>>(name, at)? {
-            node.visible = Some(e.visible.unwrap_or(true));
-            members.keep_rest(name, e.extensions, e.extras, at)?;
+            node.visible = Some(stated.note(Member::Visible, e.visible).unwrap_or(true));
+            members.keep_rest(name, e.extensions, e.extras, e.rest, at)?;
         }
         let name = "EXT_mesh_gpu_instancing";
         if let Some(e) = members.take::<schema::Instancing<'a>>(name, at)? {
@@ -146,7 +154,7 @@ impl Converter<'_> {
             rotation: None,
             scale: None,
             custom: Vec::new(),
-            extra: Members::new(e.extensions).finish(e.extras, at)?,
+            extra: Members::new(e.extensions, e.rest).finish(e.extras, at)?,
         };
         let mut count = None;
         for (semantic, index) in e.attributes.0 {
@@ -198,7 +206,7 @@ impl Converter<'_> {
                 }
                 roots.push(id);
             }
-            let extra = Members::new(s.extensions).finish(s.extras, at)?;
+            let extra = Members::new(s.extensions, s.rest).finish(s.extras, at)?;
             self.scene.scenes.insert_nth(i, SceneRoots { name: s.name, roots: Children(roots), extra });
         }
         Ok(())
@@ -222,7 +230,7 @@ impl Converter<'_> {
                 joints,
                 inverse_bind_matrices,
                 skeleton: s.skeleton.map(|n| self.counts.node(n, &at.key("skeleton"))).transpose()?,
-                extra: Members::new(s.extensions).finish(s.extras, at)?,
+                extra: Members::new(s.extensions, s.rest).finish(s.extras, at)?,
             };
             self.scene.skins.insert_nth(i, skin);
         }
@@ -259,7 +267,7 @@ impl Converter<'_> {
                         yfov: p.yfov,
                         znear: p.znear,
                         zfar: p.zfar,
-                        extra: Members::new(p.extensions).finish(p.extras, &at.key("perspective"))?,
+                        extra: Members::new(p.extensions, p.rest).finish(p.extras, &at.key("perspective"))?,
                     }
                 }
                 (schema::CameraType::Orthographic, _, Some(o)) => {
@@ -271,13 +279,13 @@ impl Converter<'_> {
                         ymag: o.ymag,
                         znear: o.znear,
                         zfar: o.zfar,
-                        extra: Members::new(o.extensions).finish(o.extras, &at.key("orthographic"))?,
+                        extra: Members::new(o.extensions, o.rest).finish(o.extras, &at.key("orthographic"))?,
                     }
                 }
                 (schema::CameraType::Perspective, ..) => return invalid(at, "the camera has no \"perspective\""),
                 (schema::CameraType::Orthographic, ..) => return invalid(at, "the camera has no \"orthographic\""),
             };
-            let extra = Members::new(c.extensions).finish(c.extras, at)?;
+            let extra = Members::new(c.extensions, c.rest).finish(c.extras, at)?;
             self.scene.cameras.insert_nth(i, Camera { name: c.name, projection, extra });
         }
         Ok(())
@@ -290,11 +298,15 @@ impl Converter<'_> {
         let at = &at.key("lights");
         for (i, l) in lights.lights.into_iter().enumerate() {
             let at = &at.index(i);
-            let (spot, spot_extra) = match l.spot {
+            let (mut stated, mut spot_stated) = (Stated::default(), Stated::default());
+            let (spot, spot_extra) = match stated.note(Member::Spot, l.spot) {
                 None => ((None, None), Extra::default()),
                 Some(s) => (
-                    (s.inner_cone_angle, s.outer_cone_angle),
-                    Members::new(s.extensions).finish(s.extras, &at.key("spot"))?,
+                    (
+                        spot_stated.note(Member::InnerConeAngle, s.inner_cone_angle),
+                        spot_stated.note(Member::OuterConeAngle, s.outer_cone_angle),
+                    ),
+                    Members::new(s.extensions, s.rest).finish(s.extras, &at.key("spot"))?.stating(spot_stated),
                 ),
             };
             let kind = match l.kind {
@@ -310,16 +322,16 @@ impl Converter<'_> {
             };
             let light = Light {
                 name: l.name,
-                color: l.color.unwrap_or([1.0; 3]),
-                intensity: l.intensity.unwrap_or(1.0),
+                color: stated.note(Member::Color, l.color).unwrap_or([1.0; 3]),
+                intensity: stated.note(Member::Intensity, l.intensity).unwrap_or(1.0),
                 range: l.range,
                 kind,
                 spot_extra,
-                extra: Members::new(l.extensions).finish(l.extras, at)?,
+                extra: Members::new(l.extensions, l.rest).finish(l.extras, at)?.stating(stated),
             };
             self.scene.lights.insert_nth(i, light);
         }
-        members.keep_rest(name, lights.extensions, lights.extras, &At::Root)
+        members.keep_rest(name, lights.extensions, lights.extras, lights.rest, &At::Root)
     }
 }
 

@@ -2,10 +2,14 @@
 //! may refer to others that come later.
 
 use super::Result;
+use crate::Scene;
 use crate::import::ImportFault;
-use crate::import::gltf::place::At;
+use crate::import::gltf::Fault;
 use crate::import::gltf::schema::{Int, Root};
+use crate::import::warning::{WarningKind, Warnings};
 use crate::model::*;
+use crate::place::At;
+use crate::visit::{self, VisitorMut};
 
 /// How many objects of each kind the document has.
 #[derive(Clone, Copy, Default)]
@@ -80,4 +84,44 @@ references! {
     camera: cameras => CameraId, "camera";
     light: lights => LightId, "light";
     variant: variants => VariantId, "variant";
+}
+
+/// Finds the indices inside extensions that are kept as JSON, and makes sure that no index of the document, wherever it
+/// is, leads nowhere: the visitor knows them all.
+pub fn connect(scene: &mut Scene, warnings: &mut Warnings) -> Result<()> {
+    let count = Kind::ALL.iter().map(|&kind| scene.count(kind)).collect();
+    let mut connect = Connect { count, warnings, fault: None };
+    visit::visit_mut(scene, &mut connect);
+    connect.fault.map_or(Ok(()), Err)
+}
+
+struct Connect<'w> {
+    /// By [`Kind`].
+    count: Vec<usize>,
+    warnings: &'w mut Warnings,
+    fault: Option<Fault>,
+}
+
+impl VisitorMut for Connect<'_> {
+    fn slot<K: Id>(&mut self, id: &mut K, at: &At<'_>) {
+        let id: AnyId = (*id).into();
+        let (kind, index) = (id.kind(), id.slot());
+        let count = self.count[kind as usize];
+        if index >= count && self.fault.is_none() {
+            self.fault = Some((at.place(), ImportFault::Index { kind: kind.name(), index: index as u64, count }));
+        }
+    }
+
+    fn extra(&mut self, extra: &mut Extra, at: &At<'_>) {
+        let Self { count, warnings, .. } = self;
+        visit::connect(
+            extra,
+            at,
+            |kind| count[kind as usize],
+            |at| warnings.push(WarningKind::Tolerated("an extension refers to what is not there"), || at.place()),
+        );
+        visit::links_mut(self, extra, at);
+    }
+
+    fn parent(&mut self, _: &mut NodeId) {}
 }

@@ -1,10 +1,10 @@
 //! The core of the specification.
 
-use super::{Attributes, Extensions, Int, Text};
+use super::{Attributes, Extensions, Int, Rest, Text};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
-/// A glTF object: its own members, and the two that every object may have.
+/// A glTF object: its own members, the two that every object may have, and those that nobody knows.
 macro_rules! object {
     ($name:ident { $($(#[$meta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
         #[derive(Debug, Deserialize)]
@@ -15,6 +15,8 @@ macro_rules! object {
             pub extensions: Option<Extensions<'a>>,
             #[serde(borrow, default)]
             pub extras: Option<&'a RawValue>,
+            #[serde(flatten)]
+            pub rest: Rest,
         }
     };
 }
@@ -170,11 +172,9 @@ object!(Sampler {
 object!(Accessor {
     name: Option<String>,
     buffer_view: Option<Int>,
-    #[serde(default)]
-    byte_offset: Int,
+    byte_offset: Option<Int>,
     component_type: Int,
-    #[serde(default)]
-    normalized: bool,
+    normalized: Option<bool>,
     count: Int,
     #[serde(rename = "type")]
     element_type: ElementType,
@@ -206,22 +206,19 @@ object!(Sparse {
 
 object!(SparseIndices {
     buffer_view: Int,
-    #[serde(default)]
-    byte_offset: Int,
+    byte_offset: Option<Int>,
     component_type: Int,
 });
 
 object!(SparseValues {
     buffer_view: Int,
-    #[serde(default)]
-    byte_offset: Int,
+    byte_offset: Option<Int>,
 });
 
 object!(BufferView {
     name: Option<String>,
     buffer: Int,
-    #[serde(default)]
-    byte_offset: Int,
+    byte_offset: Option<Int>,
     byte_length: Int,
     byte_stride: Option<Int>,
     target: Option<Int>,

@@ -2,6 +2,7 @@
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Unexpected, Visitor};
 use serde_json::value::RawValue;
+use serde_json::{Map, Value};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -90,6 +91,32 @@ impl<'de: 'a, 'a> Deserialize<'de> for Extensions<'a> {
             }
         }
         deserializer.deserialize_map(ExtensionsVisitor)
+    }
+}
+
+/// The members of an object that neither the specification nor an extension knows. Few objects have any.
+#[derive(Debug, Default)]
+pub struct Rest(pub Option<Box<Map<String, Value>>>);
+
+impl<'de> Deserialize<'de> for Rest {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct RestVisitor;
+        impl<'de> Visitor<'de> for RestVisitor {
+            type Value = Rest;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Rest, A::Error> {
+                let mut rest = Rest::default();
+                while let Some((name, value)) = map.next_entry()? {
+                    rest.0.get_or_insert_default().insert(name, value);
+                }
+                Ok(rest)
+            }
+        }
+        deserializer.deserialize_map(RestVisitor)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The extensions that the document models.
 
 use super::core::object;
-use super::{Attributes, Extensions, Int, TextureInfo};
+use super::{Attributes, Extensions, Int, Rest, TextureInfo};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -190,4 +190,10 @@ object!(VariantMapping {
     name: Option<String>,
     material: Int,
     variants: Vec<Int>,
+});
+
+// KHR_xmp_json_ld at the root
+object!(Packets {
+    #[serde(default)]
+    packets: Vec<serde_json::Value>,
 });

@@ -8,5 +8,5 @@ mod de;
 mod extensions;
 
 pub use self::core::*;
-pub use de::{Attributes, Extensions, Int, Text};
+pub use de::{Attributes, Extensions, Int, Rest, Text};
 pub use extensions::*;

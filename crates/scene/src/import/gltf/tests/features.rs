@@ -156,7 +156,7 @@ fn cameras_have_their_projection() {
         "nodes": [{ "camera": 1 }],
     })));
     let cameras: Vec<&Camera> = scene.cameras().iter().map(|(_, c)| c).collect();
-    let extra = Extra { extras: Some(Box::new(json!({ "a": 1 }))), extensions: None };
+    let extra = Extra { extras: Some(Box::new(json!({ "a": 1 }))), ..Extra::default() };
     let expected = CameraProjection::Perspective { aspect_ratio: None, yfov: 0.5, znear: 0.1, zfar: None, extra };
     assert_eq!(cameras[0].projection, expected);
     assert!(matches!(cameras[1].projection, CameraProjection::Orthographic { xmag: 2.0, ymag: 3.0, .. }));
