@@ -1,3 +1,5 @@
+use crate::budget::OverBudget;
+
 /// A scene that cannot be derived. The place is a JSON pointer into the document.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{place}: {what}; {remedy}")]
@@ -13,6 +15,16 @@ pub struct DeriveError {
 impl DeriveError {
     pub(crate) fn new(place: impl Into<String>, what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { place: place.into(), what: what.into(), remedy: remedy.into() }
+    }
+
+    /// What does not fit the memory that may be taken.
+    pub(crate) fn over_budget(place: impl Into<String>, what: &str, over: OverBudget) -> Self {
+        let OverBudget { needed, left } = over;
+        Self::new(
+            place,
+            format!("{what} take {needed} bytes, of {left} that are left"),
+            "raise --max-memory, or shrink the scene",
+        )
     }
 }
 

@@ -10,6 +10,7 @@
 //! * [`camera`]: cameras of the document, and framing;
 //! * [`sky`]: the built-in sky.
 
+mod budget;
 pub mod camera;
 pub mod derived;
 mod error;

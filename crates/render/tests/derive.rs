@@ -6,6 +6,7 @@ use common::Document;
 use glam::{DVec3, Vec3};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::rows::{MeshFlags, NONE, NodeFlags, RenderNodeRow};
+use orthant_scene::import::{ImportOptions, import_slice};
 use serde_json::{Value, json};
 
 fn translation(row: &RenderNodeRow) -> [f32; 3] {
@@ -263,4 +264,32 @@ fn an_index_out_of_range_is_an_error_that_names_the_primitive() {
     let error = DerivedScene::derive(&scene, &DeriveOptions::default()).expect_err("the index is out of range");
     assert_eq!(error.place, "/meshes/0/primitives/0");
     assert!(error.what.contains("vertex index 3"), "{error}");
+}
+
+#[test]
+fn a_billion_declared_instances_are_refused_before_memory_is_taken() {
+    let mut document = triangles(json!([{ "mesh": 0 }]), json!([0]));
+    // No view: a billion zeros in a hundred bytes of JSON.
+    let accessors = document.json["accessors"].as_array_mut().expect("an array");
+    accessors.push(json!({ "componentType": 5126, "count": 1_000_000_000, "type": "VEC3" }));
+    let count = accessors.len() - 1;
+    document.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    document.json["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": count } } });
+    // The importer has a bound of its own; either may refuse.
+    let Ok(imported) = import_slice(document.glb(), None, "test.glb", &ImportOptions::default()) else { return };
+    let options = DeriveOptions { max_bytes: 1 << 30, ..DeriveOptions::default() };
+    let error = DerivedScene::derive(&imported.scene, &options).expect_err("132 GB do not fit 1 GiB");
+    assert_eq!(error.place, "/nodes");
+    assert!(error.remedy.contains("--max-memory"), "{error}");
+}
+
+#[test]
+fn meshes_over_the_budget_are_refused() {
+    let scene = triangles(json!([{ "mesh": 0 }]), json!([0])).import();
+    let derive = |max_bytes| DerivedScene::derive(&scene, &DeriveOptions { max_bytes, ..DeriveOptions::default() });
+    // Three vertices of 44 bytes, three indices; then one row of 128 bytes and its owner.
+    assert_eq!(derive(143).expect_err("144 bytes of streams").place, "/meshes");
+    assert_eq!(derive(144 + 131).expect_err("132 bytes of rows").place, "/nodes");
+    assert!(derive(144 + 132).is_ok());
 }

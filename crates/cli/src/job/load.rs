@@ -78,7 +78,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         scene: shown,
         variant,
         images: true,
-        max_image_bytes: options.max_memory.saturating_sub(imported.charged_bytes),
+        max_bytes: options.max_memory.saturating_sub(imported.charged_bytes),
     };
     let derived = DerivedScene::derive(&scene, &derive)
         .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;

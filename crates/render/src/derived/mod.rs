@@ -14,6 +14,7 @@ pub mod materials;
 pub mod primitives;
 pub mod render_nodes;
 
+use crate::budget::Budget;
 use crate::geometry::{GeometryStreams, RenderPrimitive, decode_primitives};
 use crate::textures::ImageLimits;
 use crate::{DeriveError, DeriveWarning};
@@ -35,13 +36,14 @@ pub struct DeriveOptions {
     pub variant: Option<VariantId>,
     /// Decode images. Without it, materials show their factors (for counting and measuring).
     pub images: bool,
-    /// Most bytes that decoded images may take together.
-    pub max_image_bytes: u64,
+    /// Most bytes that rows, streams and images may take together. Documents are small and can ask for much: an instancing
+    /// accessor without data declares a billion instances in a hundred bytes.
+    pub max_bytes: u64,
 }
 
 impl Default for DeriveOptions {
     fn default() -> Self {
-        Self { scene: None, variant: None, images: true, max_image_bytes: u64::MAX }
+        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX }
     }
 }
 
@@ -91,24 +93,28 @@ impl DerivedScene {
     /// Derives everything from the model.
     pub fn derive(scene: &Scene, options: &DeriveOptions) -> Result<Self, DeriveError> {
         let start = Instant::now();
+        let budget = Budget::new(options.max_bytes);
         let mut warnings = Vec::new();
         let table = primitives::register(scene, options.variant, &mut warnings);
         let mut hierarchy = Hierarchy::build(scene, options.scene, &table)?;
 
         let geometry_start = Instant::now();
         let emissive = emitters::emissive_primitives(scene, &table);
-        let streams = decode_primitives(scene, &table.primitives, &emissive, &|i| {
+        let streams = decode_primitives(scene, &table.primitives, &emissive, &budget, &|i| {
             table.primitives[i].deformed_by.map(|node| hierarchy.pose(scene, node))
         })?;
         let geometry = geometry_start.elapsed();
 
         let images_start = Instant::now();
-        let limits = ImageLimits { max_bytes: options.max_image_bytes };
+        let limits = ImageLimits { max_bytes: budget.left() };
         let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings)?;
+        let image_bytes: usize = materials.images.iter().flat_map(|w| &w.image).map(|image| image.texels.len()).sum();
+        budget.charge(image_bytes as u64).map_err(|over| DeriveError::over_budget("/images", "the images", over))?;
         let images = images_start.elapsed();
 
         let origin = hierarchy.origin(&table, &streams.mesh_descs);
-        let nodes = render_nodes::derive(scene, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin)?;
+        let nodes =
+            render_nodes::derive(scene, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin, &budget)?;
         let (mut rows, owners) = (nodes.rows, nodes.owners);
         let lights = lights::derive(scene, &hierarchy, origin);
         let emitters = emitters::derive(&mut rows, &streams.mesh_descs, &materials);

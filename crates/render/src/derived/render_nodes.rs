@@ -4,6 +4,7 @@ use super::document_indices;
 use super::hierarchy::{DerivedNode, Hierarchy, is_invertible};
 use super::primitives::{PrimitiveTable, PrimitiveUse};
 use crate::DeriveError;
+use crate::budget::Budget;
 use glam::{DAffine3, DQuat, DVec3};
 use orthant_resident::rows::{AlphaMode, Mat3x4, MaterialFlags, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
@@ -42,6 +43,7 @@ pub fn derive(
     materials: &[MaterialRow],
     mesh_descs: &[MeshDesc],
     origin: DVec3,
+    budget: &Budget,
 ) -> Result<RenderNodes, DeriveError> {
     let mut total = 0usize;
     for node in &mut hierarchy.nodes {
@@ -63,6 +65,8 @@ pub fn derive(
         }
         node.render_node_count = count as u32;
     }
+    let bytes = total as u64 * (size_of::<RenderNodeRow>() + size_of::<u32>()) as u64;
+    budget.charge(bytes).map_err(|over| DeriveError::over_budget("/nodes", "the render nodes", over))?;
     let source = Source {
         scene,
         table,

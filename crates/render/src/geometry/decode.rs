@@ -5,6 +5,7 @@ use super::tangents::{encode_or_any, mikktspace};
 use super::topology::{triangle_index_count, write_triangles};
 use super::{RenderPrimitive, SkinPose};
 use crate::DeriveError;
+use crate::budget::Budget;
 use glam::{Vec2, Vec3};
 use orthant_resident::rows::{EmitterTriangle, MeshDesc, MeshFlags, NONE, VertexRow, decode_normal, encode_normal};
 use orthant_scene::Scene;
@@ -47,11 +48,13 @@ struct Job<'a> {
 }
 
 /// Decodes every primitive. `pose(i)` is how primitive `i` is deformed, for those whose `deformed_by` is set;
-/// `emissive[i]` asks for its area table.
+/// `emissive[i]` asks for its area table. The streams are
+/// charged to `budget` before they are taken.
 pub fn decode_primitives(
     scene: &Scene,
     primitives: &[RenderPrimitive],
     emissive: &[bool],
+    budget: &Budget,
     pose: &(dyn Fn(usize) -> Option<SkinPose> + Sync),
 ) -> Result<GeometryStreams, DeriveError> {
     let mut streams = GeometryStreams::default();
@@ -65,6 +68,7 @@ pub fn decode_primitives(
         spans.push(span);
     }
     total.check_fits_u32()?;
+    budget.charge(total.bytes()).map_err(|over| DeriveError::over_budget("/meshes", "the decoded meshes", over))?;
     streams.positions = vec![[0.0; 3]; total.vertices];
     streams.vertices = bytemuck::zeroed_vec(total.vertices);
     streams.indices = vec![0; total.indices];
@@ -127,10 +131,17 @@ impl Spans {
     }
 
     fn add(&mut self, other: &Self) {
-        self.vertices += other.vertices;
-        self.indices += other.indices;
-        self.tangents += other.tangents;
-        self.emitter_triangles += other.emitter_triangles;
+        // A sum that saturates is refused by `check_fits_u32`.
+        self.vertices = self.vertices.saturating_add(other.vertices);
+        self.indices = self.indices.saturating_add(other.indices);
+        self.tangents = self.tangents.saturating_add(other.tangents);
+        self.emitter_triangles = self.emitter_triangles.saturating_add(other.emitter_triangles);
+    }
+
+    fn bytes(&self) -> u64 {
+        let vertex = size_of::<[f32; 3]>() + size_of::<VertexRow>();
+        (self.vertices as u64).saturating_mul(vertex as u64)
+            + 4 * (self.indices as u64 + self.tangents as u64 + self.emitter_triangles as u64)
     }
 
     fn check_fits_u32(&self) -> Result<(), DeriveError> {
