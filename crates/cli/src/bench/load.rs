@@ -20,11 +20,11 @@ pub fn run(file: &Path, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let mut theirs = Measured::new("load_gltf_crate", bytes);
     for _ in 0..settings.runs {
         ours.time(|| load(file, settings)).map(drop)?;
-        if theirs.counters.is_empty() {
-            if let Err(error) = theirs.time(|| gltf::import(file).map(drop)) {
-                theirs.runs.clear();
-                theirs = theirs.with("refused", error.to_string());
-            }
+        if theirs.counters.is_empty()
+            && let Err(error) = theirs.time(|| gltf::import(file).map(drop))
+        {
+            theirs.runs.clear();
+            theirs = theirs.with("refused", error.to_string());
         }
     }
     if theirs.median_s() > 0.0 {
