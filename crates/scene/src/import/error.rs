@@ -1,6 +1,7 @@
 use super::budget::OverBudget;
 use super::files::FileFault;
 use crate::accessor::AccessorFault;
+use crate::codec::draco::DracoError;
 use crate::codec::meshopt::MeshoptError;
 use std::fmt;
 
@@ -79,14 +80,12 @@ pub enum ImportFault {
     /// The document cannot be shown without an extension that is not supported.
     #[error("the required extension {0} is not supported; export the scene without it")]
     RequiredExtension(String),
-    /// Data exists only in a compressed form that is not supported.
-    #[error(
-        "the data is only present in the form of {0}, which is not supported; export the scene without this compression"
-    )]
-    Undecodable(String),
     /// A buffer view whose compressed data is damaged.
     #[error("the compressed view cannot be decoded: {0}")]
     Meshopt(#[from] MeshoptError),
+    /// A primitive whose compressed data is damaged.
+    #[error("the compressed primitive cannot be decoded: {0}")]
+    Draco(#[from] DracoError),
     /// An index to something that is not there.
     #[error("there is no {kind} {index}; the document has {count}")]
     Index {

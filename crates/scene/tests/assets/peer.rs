@@ -12,7 +12,8 @@ fn peer(path: &Path) -> Option<(gltf::Document, Vec<gltf::buffer::Data>)> {
     let bytes = std::fs::read(path).ok()?;
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&bytes).ok()?;
     // The peer reads the plain form, whose triangles may begin with another corner than those of the compressed one.
-    if document.extensions_used().any(|name| name == "EXT_meshopt_compression") {
+    let compressions = ["EXT_meshopt_compression", "KHR_draco_mesh_compression"];
+    if document.extensions_used().any(|name| compressions.contains(&name)) {
         return None;
     }
     let buffers = gltf::import_buffers(&document, path.parent(), blob).ok()?;

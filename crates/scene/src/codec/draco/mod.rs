@@ -7,7 +7,7 @@
 
 mod error;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod header;
 #[cfg(test)]
 mod tests;

@@ -6,6 +6,7 @@ pub const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -32,13 +33,8 @@ pub const SUPPORTED: &[&str] = &[
 
 /// Extensions that offer something in another form beside what core glTF holds. Without support the core form is used,
 /// if there is one.
-pub const ALTERNATIVES: &[&str] = &[
-    "EXT_texture_webp",
-    "KHR_draco_mesh_compression",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_texture_basisu",
-    "MSFT_texture_dds",
-];
+pub const ALTERNATIVES: &[&str] =
+    &["EXT_texture_webp", "KHR_materials_pbrSpecularGlossiness", "KHR_texture_basisu", "MSFT_texture_dds"];
 
 /// Extensions of a buffer view that hold its data compressed.
 pub const COMPRESSED_VIEWS: &[&str] = &["KHR_meshopt_compression", "EXT_meshopt_compression"];

@@ -212,7 +212,7 @@ pub(super) fn data_uri_fault(fault: data_uri::DataUriFault, at: &At<'_>) -> crat
     }
 }
 
-fn component_type(value: Int, at: &At<'_>) -> Result<ComponentType> {
+pub(super) fn component_type(value: Int, at: &At<'_>) -> Result<ComponentType> {
     Ok(match value.0 {
         5120 => ComponentType::I8,
         5121 => ComponentType::U8,
@@ -224,7 +224,7 @@ fn component_type(value: Int, at: &At<'_>) -> Result<ComponentType> {
     })
 }
 
-fn element_type(value: schema::ElementType) -> ElementType {
+pub(super) fn element_type(value: schema::ElementType) -> ElementType {
     match value {
         schema::ElementType::Scalar => ElementType::Scalar,
         schema::ElementType::Vec2 => ElementType::Vec2,

@@ -1,8 +1,6 @@
 //! Meshes and material variants.
 
 use super::{Converter, Members, Result, invalid};
-use crate::import::ImportFault;
-use crate::import::gltf::extensions::DRACO;
 use crate::import::gltf::schema;
 use crate::model::*;
 use crate::place::At;
@@ -66,9 +64,6 @@ impl Converter<'_> {
         for (i, t) in p.targets.into_iter().enumerate() {
             targets.push(self.attributes(t, &at.key("targets").index(i))?);
         }
-        if members.has(DRACO) {
-            self.check_uncompressed(&attributes, indices, at)?;
-        }
         self.check_attributes(&attributes, &targets, at)?;
         if let Some(indices) = indices {
             self.check_indices(indices, mode, &at.key("indices"))?;
@@ -115,17 +110,6 @@ impl Converter<'_> {
             out.push(VariantMapping { material, variants, name: m.name, extra });
         }
         Ok(out)
-    }
-
-    /// Beside Draco data, the accessors themselves must hold the geometry.
-    fn check_uncompressed(&self, attributes: &Attributes, indices: Option<AccessorId>, at: &At<'_>) -> Result<()> {
-        let accessors = &self.scene.accessors;
-        let is_empty = |id: AccessorId| accessors[id].view.is_none() && accessors[id].sparse.is_none();
-        if attributes.0.iter().map(|&(_, id)| id).chain(indices).any(is_empty) {
-            let place = at.key("extensions").key(DRACO).place();
-            return Err((place, ImportFault::Undecodable(DRACO.to_owned())));
-        }
-        Ok(())
     }
 
     fn check_attributes(&mut self, attributes: &Attributes, targets: &[Attributes], at: &At<'_>) -> Result<()> {

@@ -3,6 +3,7 @@
 mod animations;
 mod buffers;
 mod compressed;
+mod draco;
 mod extra;
 mod geometry;
 mod images;
@@ -61,6 +62,7 @@ pub fn convert(
     c.buffers(root.buffers, bin, is_glb, &compressed)?;
     c.decode_views(&compressed)?;
     c.buffer_views(root.buffer_views, &compressed)?;
+    c.draco_primitives(&mut root.meshes, &mut root.accessors, &root.images)?;
     c.accessors(root.accessors)?;
     c.samplers(root.samplers)?;
     c.images(root.images)?;

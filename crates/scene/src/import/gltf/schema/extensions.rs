@@ -165,7 +165,16 @@ pub struct MeshoptView {
     pub filter: Option<String>,
 }
 
-// The same at a buffer
+// KHR_draco_mesh_compression at a primitive: a view, and ids of attributes by semantic
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Draco {
+    pub buffer_view: Int,
+    #[serde(default)]
+    pub attributes: Attributes,
+}
+
+// The meshopt extensions at a buffer
 #[derive(Debug, Deserialize)]
 pub struct MeshoptBuffer {
     #[serde(default)]

@@ -170,7 +170,7 @@ fn visibility_instancing_and_variants_are_typed() {
 
 #[test]
 fn a_required_extension_that_is_not_supported_is_refused_by_name() {
-    for name in ["KHR_draco_mesh_compression", "KHR_materials_pbrSpecularGlossiness", "VENDOR_new"] {
+    for name in ["KHR_materials_pbrSpecularGlossiness", "VENDOR_new"] {
         let message = refusal(&document(json!({ "extensionsRequired": ["KHR_materials_unlit", name] })));
         assert!(message.starts_with("a.gltf: /extensionsRequired/1: "), "{message}");
         assert!(message.contains(name), "{message}");
@@ -181,18 +181,6 @@ fn a_required_extension_that_is_not_supported_is_refused_by_name() {
 fn an_unknown_optional_extension_is_a_warning_by_name() {
     let list = warnings(&document(json!({ "extensionsUsed": ["KHR_materials_sheen", "VENDOR_new"] })));
     assert_eq!(list, ["/extensionsUsed/1: extension VENDOR_new is not known; its data is kept, but has no effect"]);
-}
-
-#[test]
-fn draco_geometry_without_a_fallback_is_refused_and_with_one_loads() {
-    let draco = json!({ "KHR_draco_mesh_compression": { "bufferView": 0, "attributes": { "POSITION": 0 } } });
-    let with_fallback = triangle_with("/meshes/0/primitives/0/extensions", draco);
-    let scene = load(&with_fallback);
-    let primitive = &scene.meshes().iter().next().unwrap().1.primitives[0];
-    assert!(primitive.extra.extensions.as_ref().unwrap().contains_key("KHR_draco_mesh_compression"));
-    let empty = json!({ "componentType": 5126, "count": 3, "type": "VEC3" });
-    let message = refusal(&with(with_fallback, "/accessors/0", empty));
-    assert!(message.contains("/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression"), "{message}");
 }
 
 #[test]

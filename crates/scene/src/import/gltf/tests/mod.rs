@@ -1,6 +1,7 @@
 //! Small documents, one per feature and per refusal.
 
 mod containers;
+mod draco;
 mod extensions;
 mod features;
 mod limits;
