@@ -87,7 +87,9 @@ fn encoded(case: &Case) -> Vec<u8> {
         }
     } else {
         let index = |x: usize, y: usize| (x * (SIDE + 1) + y) as u32;
-        (0..=SIDE).for_each(|x| (0..=SIDE).for_each(|y| drop(vertex(x, y))));
+        for (x, y) in (0..=SIDE).flat_map(|x| (0..=SIDE).map(move |y| (x, y))) {
+            vertex(x, y);
+        }
         for (x, y) in (0..SIDE).flat_map(|x| (0..SIDE).map(move |y| (x, y))) {
             triangles.push([index(x, y), index(x + 1, y), index(x, y + 1)]);
             triangles.push([index(x, y + 1), index(x + 1, y), index(x + 1, y + 1)]);
@@ -111,7 +113,9 @@ fn encoded(case: &Case) -> Vec<u8> {
     for _ in 0..case.attributes {
         add(GeometryAttributeType::Generic, case.components, DataType::Uint8, &values);
     }
-    mesh.deduplicate_attribute_values().unwrap();
+    if case.has_seams {
+        mesh.deduplicate_attribute_values().unwrap();
+    }
 
     let mut options = EncoderOptions::new();
     options.set_encoding_method(case.method);
@@ -147,6 +151,9 @@ fn decoding_takes_no_more_memory_than_the_header_says() {
     for (method, speed) in [(0, 5), (1, 0), (1, 5)] {
         for (attributes, components) in [(0, 1), (1, 1), (1, 64), (8, 1), (8, 4), (60, 1)] {
             for (is_constant, has_seams) in [(true, false), (false, false), (false, true)] {
+                if has_seams && components > 16 {
+                    continue; // The encoder cannot find equal values that are so long.
+                }
                 let case = Case { method, speed, attributes, components, is_constant, has_seams };
                 let data = encoded(&case);
                 let header = Header::read(&data).unwrap();

@@ -21,6 +21,8 @@ const UNSUPPORTED: &[&str] = &[
 enum Refusal {
     Required(String),
     Version(&'static str),
+    /// A reference to what is not there.
+    Dangling(&'static str),
 }
 
 impl Refusal {
@@ -28,6 +30,7 @@ impl Refusal {
         match (self, fault) {
             (Self::Required(name), ImportFault::RequiredExtension(n)) => name == n,
             (Self::Version(version), ImportFault::Version(v)) => version == v,
+            (Self::Dangling(what), ImportFault::Index { kind, .. }) => what == kind,
             _ => false,
         }
     }
@@ -38,6 +41,10 @@ fn expected_refusal(file: &str, json: &Value) -> Option<Refusal> {
     let required = json["extensionsRequired"].as_array().into_iter().flatten().filter_map(Value::as_str);
     if let Some(name) = required.into_iter().find(|name| UNSUPPORTED.contains(name)) {
         return Some(Refusal::Required(name.to_owned()));
+    }
+    // The inventory's UNRESOLVED_REFERENCE: variants of materials that were lost.
+    if file.ends_with("MaterialsVariantsShoe-broken/shoe.glb") {
+        return Some(Refusal::Dangling("material"));
     }
     // "Compatibility: version/extension fallbacks (some must be refused)"
     if file.ends_with("Compatibility/Compatibility_04.gltf") {
@@ -64,7 +71,7 @@ fn every_model_loads_or_is_refused_for_the_reason_that_its_json_gives() {
         }
     }
     println!("{loaded} models loaded, {refused} refused as expected");
-    assert!(loaded > 100 && refused > 10, "{loaded} loaded, {refused} refused");
+    assert!(loaded > 200 && refused > 3, "{loaded} loaded, {refused} refused");
 }
 
 fn assert_says_where(error: &ImportError, path: &Path) {

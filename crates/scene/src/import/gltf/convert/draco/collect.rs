@@ -6,9 +6,9 @@ use super::{Job, Output, What};
 use crate::codec::draco::Header;
 use crate::import::ImportFault;
 use crate::import::gltf::extensions::DRACO;
-use crate::import::gltf::place::At;
-use crate::import::gltf::schema::{self, Int};
+use crate::import::gltf::schema::{self, Int, Rest};
 use crate::model::*;
+use crate::place::At;
 use std::collections::{HashMap, HashSet};
 
 /// Where the elements of an accessor come from: a compressed view, and an attribute of it (none for the indices).
@@ -42,7 +42,7 @@ impl Converter<'_> {
                     continue;
                 }
                 let at = &at.index(k);
-                let mut members = Members::new(primitive.extensions.take());
+                let mut members = Members::new(primitive.extensions.take(), Rest::default());
                 let object = members.take::<schema::Draco>(DRACO, at)?;
                 primitive.extensions = Some(members.into_extensions()).filter(|e| !e.0.is_empty());
                 let Some(object) = object else { continue };
@@ -190,7 +190,7 @@ impl Converter<'_> {
             component: component_type(a.component_type, &accessor_at.key("componentType"))?,
             components: element.components(),
             count: size(a.count, &accessor_at.key("count"))?,
-            normalized: a.normalized,
+            normalized: a.normalized.unwrap_or(false),
             has_bounds: (a.min.is_some() || a.max.is_some()) && a.sparse.is_none(),
         };
         Ok(Some(output))
@@ -214,9 +214,9 @@ fn index_accessor<'a>(count: u64) -> schema::Accessor<'a> {
     schema::Accessor {
         name: None,
         buffer_view: None,
-        byte_offset: Int(0),
+        byte_offset: None,
         component_type: Int(ComponentType::U32 as u64),
-        normalized: false,
+        normalized: None,
         count: Int(count),
         element_type: schema::ElementType::Scalar,
         min: None,
@@ -224,6 +224,7 @@ fn index_accessor<'a>(count: u64) -> schema::Accessor<'a> {
         sparse: None,
         extensions: None,
         extras: None,
+        rest: Rest::default(),
     }
 }
 
@@ -240,6 +241,7 @@ fn twin<'a>(accessor: &schema::Accessor<'a>, at: &At<'_>) -> Result<schema::Acce
         min: accessor.min.clone(),
         max: accessor.max.clone(),
         extras: accessor.extras,
+        rest: Rest(accessor.rest.0.clone()),
         ..index_accessor(accessor.count.0)
     })
 }

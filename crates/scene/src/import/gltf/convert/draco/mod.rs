@@ -14,10 +14,10 @@ use super::{Converter, Result};
 use crate::codec::draco::{self, DecodeLimits, DracoError, DracoMesh};
 use crate::import::gltf::Fault;
 use crate::import::gltf::extensions::DRACO;
-use crate::import::gltf::place::push_key;
 use crate::import::gltf::schema;
 use crate::import::{ImportFault, Place};
 use crate::model::*;
+use crate::place::push_key;
 use rayon::prelude::*;
 
 /// One compressed mesh. Primitives may share it.
@@ -259,7 +259,7 @@ impl Converter<'_> {
                 };
                 let accessor = &mut accessors[output.accessor];
                 accessor.buffer_view = Some(schema::Int(view as u64));
-                accessor.byte_offset = schema::Int(0);
+                accessor.byte_offset = None;
                 if let Some(values::Bounds { min, max }) = bounds {
                     // What was not declared stays so.
                     accessor.min = accessor.min.take().and(min);
