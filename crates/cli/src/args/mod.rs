@@ -149,6 +149,9 @@ pub struct GenerateArgs {
     /// chain: number of nodes below one another
     #[arg(long, value_name = "N")]
     pub depth: Option<u32>,
+    /// grid: number of vertices along a side
+    #[arg(long, value_name = "N")]
+    pub side: Option<u32>,
     /// instances, animated-crowd: number of instances or figures
     #[arg(long, value_name = "N")]
     pub count: Option<u32>,

@@ -11,7 +11,13 @@ use crate::generate::find;
 /// I/O error.
 pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     let generator = find(&args.name).ok_or_else(|| Failure::usage(format!("there is no scene {:?}", args.name)))?;
-    let given = [("trees", args.trees), ("nodes", args.nodes), ("depth", args.depth), ("count", args.count)];
+    let given = [
+        ("trees", args.trees),
+        ("nodes", args.nodes),
+        ("depth", args.depth),
+        ("side", args.side),
+        ("count", args.count),
+    ];
     let mut size = generator.size.map_or(0, |s| s.default);
     for (option, value) in given.into_iter().filter_map(|(option, value)| Some((option, value?))) {
         match generator.size {

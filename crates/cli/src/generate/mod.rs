@@ -13,6 +13,7 @@ mod city;
 mod cornell;
 mod crowd;
 mod forest;
+mod grid;
 mod instances;
 mod material_grid;
 mod sky_dome;
@@ -45,7 +46,7 @@ pub struct Size {
 }
 
 /// All scenes.
-pub const SCENES: [Generator; 7] = [
+pub const SCENES: [Generator; 8] = [
     Generator { name: "cornell", about: "the Cornell box", size: None, build: |_, _| cornell::cornell() },
     Generator {
         name: "material-grid",
@@ -70,6 +71,12 @@ pub const SCENES: [Generator; 7] = [
         about: "a spring of nodes, each the child of the one before",
         size: Some(Size { option: "depth", default: 100, min: 1, max: 10_000_000 }),
         build: |size, _| chain::chain(size),
+    },
+    Generator {
+        name: "grid",
+        about: "a landscape as one mesh of N x N vertices",
+        size: Some(Size { option: "side", default: 256, min: 2, max: 8_192 }),
+        build: grid::grid,
     },
     Generator {
         name: "instances",
