@@ -5,6 +5,7 @@
 //! a file holds, and takes no more memory than [`ImportOptions::max_memory`].
 
 mod budget;
+pub(crate) mod crts;
 mod data_uri;
 mod error;
 mod files;
@@ -46,6 +47,8 @@ pub enum Format {
     Gltf,
     /// glTF 2.0, binary container.
     Glb,
+    /// CRTS, the format of ChameleonRT.
+    Crts,
 }
 
 impl Format {
@@ -54,19 +57,23 @@ impl Format {
         match self {
             Self::Gltf => "gltf",
             Self::Glb => "glb",
+            Self::Crts => "crts",
         }
     }
 
     /// The format that a file's name promises, whatever its case. `None` if it has no extension that is known.
     pub fn from_extension(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
-        [Self::Gltf, Self::Glb].into_iter().find(|f| extension.eq_ignore_ascii_case(f.name()))
+        [Self::Gltf, Self::Glb, Self::Crts].into_iter().find(|f| extension.eq_ignore_ascii_case(f.name()))
     }
 
     /// The format that the content is. `None` if it is none that is known.
     pub fn from_content(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(gltf::GLB_MAGIC) {
             return Some(Self::Glb);
+        }
+        if crts::is_crts(bytes) {
+            return Some(Self::Crts);
         }
         let text = bytes.strip_prefix(gltf::BYTE_ORDER_MARK).unwrap_or(bytes);
         let first = text.iter().find(|b| !b.is_ascii_whitespace());
@@ -137,6 +144,7 @@ fn import_bytes(
     let files = Files::new(base, options.allow_external_files, budget);
     let (scene, warnings) = match format {
         Format::Gltf | Format::Glb => gltf::import(bytes, format == Format::Glb, &files, budget),
+        Format::Crts => crts::import(bytes, budget),
     }
     .map_err(|(place, fault)| ImportError { file: name.to_owned(), place, fault })?;
     Ok(Imported { scene, warnings, format, charged_bytes: budget.used() })
@@ -150,6 +158,8 @@ fn agreed_format(bytes: &[u8], path: &Path) -> Result<Format, ImportFault> {
             let extension = path.extension().unwrap_or_default().to_string_lossy();
             Err(ImportFault::UnknownFormat(format!("extension \"{extension}\"")))
         }
+        // It has no magic number: its importer says what is wrong.
+        (Some(Format::Crts), None) => Ok(Format::Crts),
         (Some(_), None) if bytes.is_empty() => Err(ImportFault::UnknownFormat("the file is empty".to_owned())),
         (Some(_), None) => Err(ImportFault::UnknownFormat("neither a JSON object nor a GLB".to_owned())),
         (Some(extension), Some(content)) if extension != content => {

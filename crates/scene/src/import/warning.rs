@@ -51,6 +51,9 @@ pub enum WarningKind {
     /// The file of an image could not be read.
     #[error("{0}; the texture has no image")]
     MissingImage(String),
+    /// Something that is broken has a stand-in.
+    #[error("{0}")]
+    Replaced(String),
     /// A rule of the format is broken in a way that harms nothing.
     #[error("{0}")]
     Tolerated(&'static str),

@@ -132,6 +132,22 @@ pub struct Camera {
     pub extra: Extra,
 }
 
+impl Camera {
+    /// The vertical field of view, in radians, of a picture of an aspect (width over height). A camera of a CRTS file has a
+    /// sensor that is fitted to the larger side of the picture: there the angle depends on the aspect. `None` for an
+    /// orthographic camera.
+    pub fn vertical_fov(&self, aspect: f64) -> Option<f64> {
+        match &self.projection {
+            CameraProjection::Orthographic { .. } => None,
+            CameraProjection::Perspective { yfov, .. } => {
+                let is_fitted = crate::import::crts::written_fov_y(self).is_some() && aspect > 0.0;
+                let factor = if is_fitted { crate::import::crts::fit(aspect) } else { 1.0 };
+                Some(2.0 * ((0.5 * yfov).tan() * factor).atan())
+            }
+        }
+    }
+}
+
 /// A camera's projection.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraProjection {

@@ -66,7 +66,6 @@ impl<K: Key, V> Store<K, V> {
         self.0.reserve(additional);
     }
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "edits will add objects one by one"))]
     pub(crate) fn insert(&mut self, value: V) -> K {
         self.0.insert(value)
     }

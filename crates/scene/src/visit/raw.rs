@@ -1,5 +1,6 @@
 //! The slots inside extensions that the model keeps as JSON. Import turns the indices there into [`Link`]s.
 
+use crate::import::crts::disney::EXTENSION as DISNEY;
 use crate::model::{AnyId, Extra, Kind, Link, Other};
 use crate::place::{At, push_key};
 use serde_json::Value;
@@ -41,6 +42,8 @@ const SLOTS: &[(&str, &str, Target)] = &[
     ("EXT_lights_image_based", "lights/*/specularImages/*/*", To(Kind::Image)),
     ("CESIUM_primitive_outline", "indices", To(Kind::Accessor)),
     ("EXT_mesh_features", "featureIds/*/texture/index", To(Kind::Texture)),
+    (DISNEY, "base_color_texture/index", To(Kind::Texture)),
+    (DISNEY, "textures/*/index", To(Kind::Texture)),
     ("EXT_structural_metadata", "propertyTables/*/properties/*/values", To(Kind::BufferView)),
     ("EXT_structural_metadata", "propertyTables/*/properties/*/arrayOffsets", To(Kind::BufferView)),
     ("EXT_structural_metadata", "propertyTables/*/properties/*/stringOffsets", To(Kind::BufferView)),

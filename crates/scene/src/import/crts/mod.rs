@@ -21,10 +21,8 @@ pub mod schema;
 mod tests;
 mod views;
 
-pub use container::{LENGTH_BYTES, is_crts};
-pub use images::{GENERATED, ORTHANT};
-pub use lights::{QUAD_LIGHT, QuadLight};
-pub use objects::{DEFAULT_ASPECT, FOV_Y};
+pub use container::is_crts;
+pub use objects::{fit, written_fov_y};
 
 use super::budget::{Budget, OverBudget};
 use super::warning::{Warning, WarningKind, Warnings};
@@ -103,7 +101,7 @@ impl Converter<'_> {
                 }
             }
         }
-        self.scene.extensions_used = materials::extensions_used(&self.scene);
+        self.scene.extensions_used = crate::visit::extensions_in_use(&self.scene).into_iter().map(Into::into).collect();
     }
 
     fn charge(&self, bytes: u64, place: impl FnOnce() -> Place) -> Result<()> {

@@ -104,9 +104,7 @@ impl Converter<'_> {
         self.charge(2 * 8 * u64::from(width) * u64::from(height), place)?;
 
         let converts = |position: usize, source: Source| match source {
-            Source::Of { image, channel } => {
-                (channel < 3 && !self.is_linear(image)) != (packing.srgb && position < 3)
-            }
+            Source::Of { image, channel } => (channel < 3 && !self.is_linear(image)) != (packing.srgb && position < 3),
             _ => false,
         };
         deep |= packing.channels.iter().enumerate().any(|(position, &source)| converts(position, source));
@@ -121,7 +119,9 @@ impl Converter<'_> {
                         Source::Constant(c) => u16::from(c) * 257,
                         Source::Of { image, channel } => {
                             let value = images.iter().find(|(known, _)| *known == image).map_or(0, |(_, image)| {
-                                let nearest = |at: u32, size: u32, of: u32| (u64::from(at) * u64::from(size) / u64::from(of)) as u32;
+                                let nearest = |at: u32, size: u32, of: u32| {
+                                    (u64::from(at) * u64::from(size) / u64::from(of)) as u32
+                                };
                                 let (x, y) = (nearest(x, image.width(), width), nearest(y, image.height(), height));
                                 image.get_pixel(x, y).0[usize::from(channel)]
                             });

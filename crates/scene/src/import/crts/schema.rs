@@ -309,13 +309,8 @@ pub struct Object {
 /// and vectors hold their old and their new block while they grow.
 pub fn parsed_bound(text: &str) -> u64 {
     const GROWTH: u64 = 3;
-    const SIZES: [usize; 5] = [
-        size_of::<BufferView>(),
-        size_of::<Mesh>(),
-        size_of::<Image>(),
-        size_of::<Material>(),
-        size_of::<Object>(),
-    ];
+    const SIZES: [usize; 5] =
+        [size_of::<BufferView>(), size_of::<Mesh>(), size_of::<Image>(), size_of::<Material>(), size_of::<Object>()];
     let largest = SIZES.into_iter().max().unwrap_or(0) as u64;
     let objects = text.bytes().filter(|&b| b == b'{').count() as u64;
     // A vector begins with room for four.

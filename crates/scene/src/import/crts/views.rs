@@ -37,7 +37,8 @@ impl Converter<'_> {
             }
             let size = view.dtype.size() as u64;
             if !view.byte_length.is_multiple_of(size) {
-                let what = format!("byte_length {} is no multiple of the {size} bytes of {}", view.byte_length, view.dtype);
+                let what =
+                    format!("byte_length {} is no multiple of the {size} bytes of {}", view.byte_length, view.dtype);
                 return invalid(at("buffer_views", i, "byte_length"), what);
             }
             // Both lie in a blob that is in memory.
