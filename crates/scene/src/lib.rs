@@ -5,6 +5,7 @@
 
 pub mod accessor;
 pub mod codec;
+pub mod export;
 pub mod import;
 pub mod model;
 mod place;

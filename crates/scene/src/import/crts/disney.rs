@@ -51,6 +51,11 @@ impl Disney {
         self.textures[scalar as usize]
     }
 
+    /// Every texture that a parameter has.
+    pub fn all_textures(&self) -> impl Iterator<Item = TextureId> + '_ {
+        self.base_color_texture.into_iter().chain(self.textures.iter().flatten().map(|c| c.texture))
+    }
+
     pub fn set_base_color(&mut self, color: [f64; 3], texture: Option<TextureId>) {
         self.base_color = if texture.is_some() { [1.0; 3] } else { color };
         self.base_color_texture = texture;

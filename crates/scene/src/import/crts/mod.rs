@@ -10,8 +10,8 @@
 
 mod container;
 pub mod disney;
-mod images;
-mod lights;
+pub mod images;
+pub mod lights;
 mod materials;
 mod meshes;
 mod objects;

@@ -2,6 +2,7 @@
 
 mod features;
 mod refusals;
+mod round_trip;
 
 use crate::import::{ImportOptions, Imported, import_slice};
 use crate::model::*;

@@ -124,7 +124,7 @@ fn another_format_is_not_taken_for_crts() {
 }
 
 /// A file with one of everything.
-fn everything() -> File {
+pub fn everything() -> File {
     let mut file = triangle();
     let image = file.image(&[[1, 2, 3, 4], [5, 6, 7, 8]], 2, "LINEAR");
     let texture = json!({ "texture": image, "channel": 0 });
