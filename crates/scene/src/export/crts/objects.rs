@@ -70,7 +70,9 @@ pub fn light_parts(scene: &Scene, placed: &[Placed]) -> LightParts {
     let is_light = |id: &MeshId| parts.meshes.contains(id);
     let mut found: HashSet<MaterialId> = parts.meshes.iter().flat_map(|&id| materials(&scene.meshes()[id])).collect();
     for (_, mesh) in scene.meshes().iter().filter(|(id, _)| !is_light(id)) {
-        materials(mesh).iter().for_each(|m| drop(found.remove(m)));
+        for material in materials(mesh) {
+            found.remove(&material);
+        }
     }
     parts.materials = found;
     parts

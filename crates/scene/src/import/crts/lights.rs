@@ -3,13 +3,13 @@
 //! Whatever dialect a file has, the node's matrix is that of the newest one, which is also written: columns 0 and 1 are
 //! the axes at length 1, column 2 is against the light, column 3 is the corner, and the quad spans `size` along the axes.
 
-use super::images::{ORTHANT, mark, orthant};
+use super::images::{mark, orthant};
 use super::schema::{self, LightEmits, LightOrigin};
 use crate::model::*;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-/// The key of the mark, under [`ORTHANT`] in the node's `extras`: `{ "color": [r, g, b], "energy", "size": [w, h] }`.
+/// The key of the mark, under `orthant` in the node's `extras`: `{ "color": [r, g, b], "energy", "size": [w, h] }`.
 pub const QUAD_LIGHT: &str = "quad_light";
 
 /// What a light object says besides its matrix. The radiance is `color * energy`.
@@ -106,15 +106,6 @@ pub fn written_dialect(header: &mut schema::Header) {
     header.crts_version = 2;
     header.light_origin = Some(LightOrigin::Corner);
     header.light_emits = Some(LightEmits::Negative);
-}
-
-/// Whether `extras` hold anything besides what [`ORTHANT`] keeps.
-pub fn has_foreign_extras(extra: &Extra) -> bool {
-    match extra.extras.as_deref() {
-        None => false,
-        Some(Value::Object(members)) => members.keys().any(|key| key != ORTHANT),
-        Some(_) => true,
-    }
 }
 
 #[cfg(test)]
