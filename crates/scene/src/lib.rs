@@ -5,6 +5,7 @@
 
 pub mod accessor;
 pub mod codec;
+mod compare;
 pub mod export;
 pub mod import;
 pub mod model;
@@ -13,4 +14,5 @@ mod place;
 mod testing;
 pub mod visit;
 
+pub use compare::Difference;
 pub use model::Scene;

@@ -59,6 +59,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Put shares of a rendering together
     Merge(MergeArgs),
+    /// Write a scene file in another format
+    Convert(ConvertArgs),
     /// Measure how far two images are apart
     Compare(CompareArgs),
     /// Write a scene that the program makes itself
@@ -104,6 +106,42 @@ pub struct MergeArgs {
     /// The image: .png, .exr or .hdr
     #[arg(short, long, value_name = "IMAGE")]
     pub output: PathBuf,
+}
+
+/// `orthant convert`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Names, order, extensions and extras are kept, and images are never encoded again. What the target cannot hold is listed \
+on stdout, one line each.
+
+Examples:
+  orthant convert helmet.gltf helmet.glb --images embed
+  orthant convert city.glb city.gltf
+  orthant convert city.glb city.gltf --images external")]
+pub struct ConvertArgs {
+    /// The scene: .gltf, .glb or .crts
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// The new file: .gltf (with a .bin beside it), .glb or .crts
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+    /// Where images go: where they are (files are copied beside the new file), into the document, or into files
+    #[arg(long, value_enum, default_value_t = ImagesArg::Keep)]
+    pub images: ImagesArg,
+    /// Let the scene refer to files outside its own folder tree
+    #[arg(long)]
+    pub allow_external_files: bool,
+}
+
+/// `--images`
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImagesArg {
+    /// Where they are
+    Keep,
+    /// Into the document
+    Embed,
+    /// Into files beside the document
+    External,
 }
 
 /// `orthant compare`

@@ -167,6 +167,14 @@ fn is_inside(path: &str) -> bool {
     true
 }
 
+/// The path, relative to the document and with `/` between names, of a file that a URI reference names; `None` if that is
+/// no file below the document's folder.
+pub(crate) fn local_path(uri: &str) -> Option<String> {
+    let path = percent_encoding::percent_decode_str(uri).decode_utf8().ok()?;
+    let is_local = scheme(uri).is_none() && scheme(&path).is_none() && is_inside(&path);
+    (is_local && !path.is_empty() && !path.contains('\0')).then(|| path.into_owned())
+}
+
 /// A URI for a message.
 pub(crate) fn shorten(uri: &str) -> String {
     match uri.char_indices().nth(80) {

@@ -4,11 +4,11 @@
 //! (`files`), data URIs, errors and warnings. An importer returns a complete scene or an error; it never panics on what
 //! a file holds, and takes no more memory than [`ImportOptions::max_memory`].
 
-mod budget;
+pub(crate) mod budget;
 pub(crate) mod crts;
-mod data_uri;
+pub(crate) mod data_uri;
 mod error;
-mod files;
+pub(crate) mod files;
 mod gltf;
 mod warning;
 

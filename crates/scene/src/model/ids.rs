@@ -63,6 +63,19 @@ macro_rules! ids {
                 match id.into() { $(AnyId::$kind(id) => self.$store.get(id).is_some(),)* }
             }
 
+            /// The same objects under the ids that they would have if the scene had just been loaded. What refers to
+            /// them is as before: it has to follow.
+            pub(crate) fn restored(&self) -> Scene {
+                let mut scene = self.clone();
+                $({
+                    scene.$store = Store::default();
+                    for (i, object) in self.$store.values().enumerate() {
+                        scene.$store.insert_nth(i, object.clone());
+                    }
+                })*
+                scene
+            }
+
             /// The ids of all objects of a kind, in the order of the document.
             pub fn ids_of(&self, kind: Kind) -> Vec<AnyId> {
                 match kind { $(Kind::$kind => self.$store.ids().map(AnyId::$kind).collect(),)* }

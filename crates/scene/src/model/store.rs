@@ -87,6 +87,11 @@ impl<K: Key, V> Store<K, V> {
         id
     }
 
+    #[cfg_attr(not(test), expect(dead_code, reason = "edits will remove objects"))]
+    pub(crate) fn remove(&mut self, id: K) -> Option<V> {
+        self.0.remove(id)
+    }
+
     pub(crate) fn get_mut(&mut self, id: K) -> Option<&mut V> {
         self.0.get_mut(id)
     }

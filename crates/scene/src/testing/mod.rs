@@ -89,3 +89,33 @@ fn kind(name: &str) -> (&'static str, Kind) {
         other => panic!("no kind {other}"),
     }
 }
+
+/// Where two JSON documents differ, if they do: numbers by value, members in any order.
+pub fn json_difference(a: &Value, b: &Value, pointer: &str) -> Option<String> {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            if let Some(key) = a.keys().find(|key| !b.contains_key(*key)).or(b.keys().find(|key| !a.contains_key(*key)))
+            {
+                return Some(format!("{pointer}/{key} is on one side only"));
+            }
+            a.iter().find_map(|(key, a)| json_difference(a, &b[key], &format!("{pointer}/{key}")))
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).enumerate().find_map(|(i, (a, b))| json_difference(a, b, &format!("{pointer}/{i}")))
+        }
+        (Value::Number(x), Value::Number(y)) if x.as_f64() == y.as_f64() => None,
+        (a, b) => (a != b).then(|| format!("{pointer}: {a} and {b}")),
+    }
+}
+
+/// A document without what says where in which buffer bytes are.
+pub fn but_for_buffers(mut document: Value) -> Value {
+    let members = document.as_object_mut().unwrap();
+    members.shift_remove("buffers");
+    for view in members.get_mut("bufferViews").and_then(Value::as_array_mut).into_iter().flatten() {
+        let view = view.as_object_mut().unwrap();
+        view.shift_remove("buffer");
+        view.shift_remove("byteOffset");
+    }
+    document
+}

@@ -19,7 +19,8 @@ pub use unused::unused;
 pub use used::extensions_in_use;
 pub use walk::{visit, visit_object};
 
-pub(crate) use raw::connect;
+pub(crate) use raw::{connect, pointer_index};
+pub(crate) use used::declared_extensions;
 pub(crate) use walk::visit_mut;
 
 use crate::model::{AnyId, Extra, Id, NodeId};

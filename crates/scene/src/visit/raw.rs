@@ -20,11 +20,10 @@ use Target::{ByPointer, To, ToOwnKind};
 
 /// Extension, path in it (`*` is each element of an array or each member of an object), target.
 ///
+/// Compressed views (EXT_meshopt_compression) have no line: import decompresses them, and the extension is gone.
 /// Extensions that index only their own arrays (EXT_mesh_features' property tables, KHR_interactivity's graphs) have no
 /// line for that: the order of those arrays is theirs.
 const SLOTS: &[(&str, &str, Target)] = &[
-    ("EXT_meshopt_compression", "buffer", To(Kind::Buffer)),
-    ("KHR_meshopt_compression", "buffer", To(Kind::Buffer)),
     ("KHR_draco_mesh_compression", "bufferView", To(Kind::BufferView)),
     ("EXT_texture_avif", "source", To(Kind::Image)),
     ("EXT_texture_webp", "source", To(Kind::Image)),
@@ -101,7 +100,7 @@ fn owner_kind(at: &At<'_>) -> Option<Kind> {
 }
 
 /// The kind, the index and the rest of a JSON pointer such as `/nodes/3/translation`; `None` if it leads to no object.
-fn pointer_index(pointer: &str) -> Option<(Kind, usize, &str)> {
+pub(crate) fn pointer_index(pointer: &str) -> Option<(Kind, usize, &str)> {
     for &kind in Kind::ALL {
         let Some(rest) = pointer.strip_prefix(kind.array()).and_then(|rest| rest.strip_prefix('/')) else { continue };
         let end = rest.find('/').unwrap_or(rest.len());

@@ -81,3 +81,20 @@ fn needs_quantization(semantic: &str, accessor: &Accessor) -> bool {
         _ => false,
     }
 }
+
+/// `extensionsUsed` and `extensionsRequired`: what is in use, in the order in which it was declared, then what has been
+/// added; what the file declared although nothing in it showed a use stays.
+pub(crate) fn declared_extensions(scene: &Scene) -> (Vec<String>, Vec<String>) {
+    let in_use = extensions_in_use(scene);
+    let is_used = |name: &String| in_use.contains(name) || scene.extensions_declared_only.contains(name);
+    let mut used: Vec<String> = scene.extensions_used.iter().filter(|name| is_used(name)).cloned().collect();
+    used.extend(in_use.iter().filter(|name| !scene.extensions_used.contains(name)).cloned());
+    let mut required: Vec<String> =
+        scene.extensions_required.iter().filter(|name| used.contains(name)).cloned().collect();
+    // A reader that does not know it would misread the geometry.
+    let quantization = "KHR_mesh_quantization";
+    if in_use.contains(quantization) && !scene.extensions_used.iter().any(|name| name == quantization) {
+        required.push(quantization.to_owned());
+    }
+    (used, required)
+}

@@ -3,5 +3,6 @@
 
 mod corpus;
 mod counts;
+mod export;
 mod malformed;
 mod peer;

@@ -56,7 +56,7 @@ impl Writer<'_> {
         pointer: String,
     ) -> Result<i64> {
         let scene = self.scene;
-        let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault };
+        let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault: Box::new(fault) };
         if !primitive.targets.is_empty() {
             self.note(pointer.clone(), "CRTS has no morph targets; the base shape is written");
         }

@@ -129,7 +129,7 @@ impl Writer<'_> {
     /// Where a node's mesh appears (EXT_mesh_gpu_instancing).
     fn instances(&self, node: &Node, world: DAffine3, pointer: String) -> Result<Vec<DAffine3>> {
         let Some(instancing) = node.instancing.as_deref() else { return Ok(vec![world]) };
-        let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault };
+        let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault: Box::new(fault) };
         let (t, r, s) = (instancing.translation, instancing.rotation, instancing.scale);
         let Some(any) = t.or(r).or(s) else { return Ok(vec![world]) };
         let count = self.scene.accessors()[any].count;

@@ -62,7 +62,7 @@ impl Converter<'_> {
             let parent = usize::try_from(view.buffer.0).ok().filter(|&b| b < buffers);
             let mut members = Members::new(view.extensions.take(), Rest::default());
             let taken = self.compressed_view(index, view, &mut members, at)?;
-            view.extensions = Some(members.into_extensions());
+            view.extensions = members.into_extensions();
             match (taken, parent) {
                 (Some(taken), Some(parent)) => {
                     plain[taken.source] = true;

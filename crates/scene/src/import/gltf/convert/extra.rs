@@ -17,11 +17,14 @@ pub struct Members<'a> {
     extensions: Vec<(Cow<'a, str>, &'a RawValue)>,
     kept: Vec<(&'static str, Value)>,
     rest: Rest,
+    /// Whether the file has an empty `extensions` object, which is kept as well.
+    is_empty_object: bool,
 }
 
 impl<'a> Members<'a> {
     pub fn new(extensions: Option<Extensions<'a>>, rest: Rest) -> Self {
-        Self { extensions: extensions.unwrap_or_default().0, kept: Vec::new(), rest }
+        let is_empty_object = extensions.as_ref().is_some_and(|extensions| extensions.0.is_empty());
+        Self { extensions: extensions.unwrap_or_default().0, kept: Vec::new(), rest, is_empty_object }
     }
 
     pub fn has(&self, name: &str) -> bool {
@@ -29,8 +32,8 @@ impl<'a> Members<'a> {
     }
 
     /// What is left, unparsed.
-    pub fn into_extensions(self) -> Extensions<'a> {
-        Extensions(self.extensions)
+    pub fn into_extensions(self) -> Option<Extensions<'a>> {
+        (!self.extensions.is_empty() || self.is_empty_object).then_some(Extensions(self.extensions))
     }
 
     /// Takes an extension out, typed. `at` is the object that has it.
@@ -74,7 +77,7 @@ impl<'a> Members<'a> {
             extra.extras = Some(Box::new(parse(raw.get(), &at.key("extras"))?));
         }
         extra.other = self.rest.0.map(|members| Box::new(Other { members: *members, links: Vec::new() }));
-        if self.extensions.is_empty() && self.kept.is_empty() {
+        if self.extensions.is_empty() && self.kept.is_empty() && !self.is_empty_object {
             return Ok(extra);
         }
         let mut map = Map::with_capacity(self.extensions.len() + self.kept.len());

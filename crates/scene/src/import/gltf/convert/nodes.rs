@@ -301,6 +301,18 @@ impl Converter<'_> {
             let (mut stated, mut spot_stated) = (Stated::default(), Stated::default());
             let (spot, spot_extra) = match stated.note(Member::Spot, l.spot) {
                 None => ((None, None), Extra::default()),
+                Some(mut s) if !matches!(l.kind, schema::LightType::Spot) => {
+                    // Angles of a light that is none of a spot are members that nobody knows.
+                    for (name, angle) in
+                        [("innerConeAngle", s.inner_cone_angle), ("outerConeAngle", s.outer_cone_angle)]
+                    {
+                        if let Some(angle) = angle {
+                            s.rest.0.get_or_insert_default().insert(name.to_owned(), angle.into());
+                        }
+                    }
+                    let extra = Members::new(s.extensions, s.rest).finish(s.extras, &at.key("spot"))?;
+                    ((None, None), extra)
+                }
                 Some(s) => (
                     (
                         spot_stated.note(Member::InnerConeAngle, s.inner_cone_angle),
@@ -309,6 +321,10 @@ impl Converter<'_> {
                     Members::new(s.extensions, s.rest).finish(s.extras, &at.key("spot"))?.stating(spot_stated),
                 ),
             };
+            if matches!(l.kind, schema::LightType::Spot) {
+                // It has to have it, so export writes it in any case.
+                stated.note(Member::Spot, Some(()));
+            }
             let kind = match l.kind {
                 schema::LightType::Directional => LightKind::Directional,
                 schema::LightType::Point => LightKind::Point,

@@ -44,7 +44,7 @@ impl Converter<'_> {
                 let at = &at.index(k);
                 let mut members = Members::new(primitive.extensions.take(), Rest::default());
                 let object = members.take::<schema::Draco>(DRACO, at)?;
-                primitive.extensions = Some(members.into_extensions()).filter(|e| !e.0.is_empty());
+                primitive.extensions = members.into_extensions();
                 let Some(object) = object else { continue };
                 let found = found
                     .get_or_insert_with(|| Found { plain_views: plain_views(accessors, images), ..Found::default() });

@@ -1,0 +1,89 @@
+// Exports every sample that the Khronos validator accepts, and asserts that it accepts the exports too.
+//
+//   node .ci/validate-gltf.mjs ORTHANT ASSETS
+//
+// ORTHANT is the program, ASSETS a folder of .gltf and .glb files; NODE_PATH or the current folder has gltf-validator.
+// Every file is converted to .gltf, to .glb, and to .glb with its images embedded. A sample that the program refuses is
+// counted, not judged: import has tests of its own. Ends with 1 if an export has an error that its source has not.
+
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { dirname, join, relative, resolve } from 'node:path';
+
+const [program, assets] = process.argv.slice(2).map((path) => resolve(path));
+if (!program || !assets || !existsSync(assets)) {
+  console.error('usage: node validate-gltf.mjs ORTHANT ASSETS');
+  process.exit(2);
+}
+const validator = createRequire(join(process.cwd(), 'x.js'))('gltf-validator');
+
+function* models(folder) {
+  const entries = readdirSync(folder, { withFileTypes: true });
+  for (const entry of entries.sort((a, b) => (a.name < b.name ? -1 : 1))) {
+    const path = join(folder, entry.name);
+    if (entry.isDirectory()) yield* models(path);
+    else if (/\.(gltf|glb)$/i.test(entry.name)) yield path;
+  }
+}
+
+// The errors of a file, by code and place.
+async function errors(path) {
+  const report = await validator.validateBytes(new Uint8Array(readFileSync(path)), {
+    uri: path,
+    maxIssues: 0,
+    writeTimestamp: false,
+    externalResourceFunction: async (uri) =>
+      new Uint8Array(readFileSync(join(dirname(path), decodeURIComponent(uri)))),
+  });
+  return report.issues.messages.filter((m) => m.severity === 0).map((m) => `${m.code} ${m.pointer ?? ''} ${m.message}`);
+}
+
+const targets = [
+  ['out.gltf', []],
+  ['out.glb', []],
+  ['embedded.glb', ['--images', 'embed']],
+];
+const counts = { samples: 0, rejected: 0, refused: 0, exports: 0 };
+const failures = [];
+for (const path of models(assets)) {
+  counts.samples++;
+  const name = relative(assets, path);
+  let before;
+  try {
+    before = await errors(path);
+  } catch (error) {
+    before = [String(error)];
+  }
+  if (before.length > 0) {
+    counts.rejected++;
+    continue;
+  }
+  const folder = mkdtempSync(join(tmpdir(), 'orthant-'));
+  try {
+    for (const [file, options] of targets) {
+      const out = join(folder, file);
+      try {
+        execFileSync(program, ['convert', path, out, '--quiet', ...options], { stdio: ['ignore', 'ignore', 'pipe'] });
+      } catch (error) {
+        if (error.status !== 3) failures.push(`${name}: exit code ${error.status}: ${error.stderr}`);
+        else {
+          console.log(`refused: ${String(error.stderr).trim()}`);
+          counts.refused++;
+        }
+        break;
+      }
+      counts.exports++;
+      for (const message of await errors(out)) failures.push(`${name} -> ${file}: ${message}`);
+    }
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+console.log(
+  `${counts.samples} samples, ${counts.rejected} that the validator rejects, ${counts.refused} that import refuses, ` +
+    `${counts.exports} exports, ${failures.length} errors`,
+);
+for (const failure of failures) console.error(failure);
+process.exit(failures.length > 0 || counts.exports === 0 ? 1 : 0);

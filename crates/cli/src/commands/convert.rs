@@ -1,0 +1,43 @@
+//! `orthant convert`: one scene file becomes another.
+
+use crate::args::{Common, ConvertArgs, ImagesArg};
+use crate::failure::{Exit, Failure};
+use crate::output::print;
+use orthant_scene::export::{ExportError, ExportFault, ExportOptions, Images, export_path};
+use orthant_scene::import::{Format, ImportOptions, import_path};
+
+/// Converts, and prints a line on stdout for each thing that the target does not hold as the source has it.
+///
+/// # Errors
+/// A bad scene, or a target that cannot be written (bad input); a target of no known format (wrong usage).
+pub fn run(args: &ConvertArgs, common: &Common) -> Result<(), Failure> {
+    if Format::from_extension(&args.output).is_none() {
+        let what = format!("{}: the extension says no format that can be written", args.output.display());
+        return Err(Failure::usage(what).remedy("use .gltf, .glb or .crts"));
+    }
+    let mut import = ImportOptions::default();
+    import.max_memory = common.max_memory();
+    import.allow_external_files = args.allow_external_files;
+    let imported = import_path(&args.input, &import).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+    if !common.quiet {
+        for warning in &imported.warnings {
+            eprintln!("warning: {}: {warning}", args.input.display());
+        }
+    }
+    let mut export = ExportOptions::default();
+    export.images = match args.images {
+        ImagesArg::Keep => Images::Keep,
+        ImagesArg::Embed => Images::Embed,
+        ImagesArg::External => Images::External,
+    };
+    let report = export_path(&imported.scene, &args.output, &export).map_err(failure)?;
+    let lines: Vec<String> = report.notes.iter().map(|note| format!("{note}\n")).collect();
+    print(&lines.concat())
+}
+
+fn failure(error: ExportError) -> Failure {
+    match &error.fault {
+        ExportFault::Io(io) => Failure::io(&error.file, "write the file", io),
+        fault => Failure::bad_input(&error.file, fault.to_string()),
+    }
+}

@@ -1,0 +1,233 @@
+//! glTF 2.0, `.gltf` and `.glb`: lossless. What the scene was loaded from is written again, in the same order and with
+//! the same numbers; only buffers are put together, into one `.bin` or the BIN chunk.
+//!
+//! First it is decided where bytes go (`indices`, `buffers`, `images`), then the JSON is written (`document`), then the
+//! files: those that the document refers to first, the document last.
+
+mod buffers;
+mod document;
+mod glb;
+mod images;
+mod indices;
+mod names;
+
+use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic};
+use crate::Scene;
+use crate::model::{Blob, Extra};
+use buffers::Packed;
+use document::Document;
+use glb::Glb;
+use images::Plan;
+use indices::Indices;
+use std::collections::HashSet;
+use std::io;
+use std::path::Path;
+
+/// A document in memory.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Files {
+    /// The `.gltf` or `.glb`.
+    pub document: Vec<u8>,
+    /// The files that it refers to: path relative to the document, with `/` between names, and content.
+    pub others: Vec<(String, Blob)>,
+    /// What the document does not hold as the scene has it.
+    pub notes: Vec<Note>,
+}
+
+/// Exports to a GLB in memory. Images that stay files are in [`Files::others`].
+///
+/// # Errors
+/// What [`ExportFault`] says, but for files.
+pub fn to_glb(scene: &Scene, options: &ExportOptions) -> Result<Files, ExportFault> {
+    let layout = Layout::new(scene, options, "scene", &[])?;
+    let json = layout.document(scene, None)?;
+    let glb = Glb::new(&json, &layout.packed)?;
+    let mut document = Vec::with_capacity(glb.len() as usize);
+    glb.write(&mut document)?;
+    Ok(layout.into_files(document))
+}
+
+/// Exports to a `.gltf` in memory. `stem` names the `.bin`, which is the first of [`Files::others`].
+///
+/// # Errors
+/// What [`ExportFault`] says, but for files.
+pub fn to_gltf(scene: &Scene, stem: &str, options: &ExportOptions) -> Result<Files, ExportFault> {
+    let stem = names::file_name(stem, "scene");
+    let bin = format!("{stem}.bin");
+    let layout = Layout::new(scene, options, &stem, std::slice::from_ref(&bin))?;
+    let document = layout.document(scene, Some(&names::uri(&bin)))?;
+    let mut bytes = Vec::with_capacity(layout.packed.len());
+    layout.packed.write(&mut bytes)?;
+    let mut files = layout.into_files(document);
+    if !bytes.is_empty() {
+        files.others.insert(0, (bin, Blob::new(bytes)));
+    }
+    Ok(files)
+}
+
+/// Where everything goes.
+struct Layout {
+    indices: Indices,
+    packed: Packed,
+    images: Plan,
+    notes: Vec<Note>,
+}
+
+impl Layout {
+    fn new(scene: &Scene, options: &ExportOptions, stem: &str, reserved: &[String]) -> Result<Self, ExportFault> {
+        let left_out = match options.images {
+            Images::External => indices::views_of_images_only(scene),
+            Images::Keep | Images::Embed => HashSet::new(),
+        };
+        let indices = Indices::new(scene, &left_out)?;
+        let mut packed = Packed::new(scene, &left_out, options.keep_unused_bytes);
+        let mut images = Plan::new(scene, &indices, options.images, stem, reserved, &mut packed);
+        let mut notes = std::mem::take(&mut images.notes);
+        if scene.buffers.len() > 1 {
+            for (i, buffer) in scene.buffers.values().enumerate() {
+                let other = Extra { stated: Default::default(), ..buffer.extra.clone() };
+                if buffer.name.is_some() || other != Extra::default() {
+                    let what = "the buffers become one, and this one's name, extensions and extras go".to_owned();
+                    notes.push(Note { pointer: format!("/buffers/{i}"), what });
+                }
+            }
+        }
+        Ok(Self { indices, packed, images, notes })
+    }
+
+    fn document(&self, scene: &Scene, buffer_uri: Option<&str>) -> Result<Vec<u8>, ExportFault> {
+        let Self { indices, packed, images, .. } = self;
+        Document { scene, indices, packed, images, buffer_uri }.write()
+    }
+
+    fn into_files(self, document: Vec<u8>) -> Files {
+        let others = self.images.files.into_iter().map(|file| (file.path, file.data)).collect();
+        Files { document, others, notes: self.notes }
+    }
+}
+
+/// Exports to files.
+pub(super) fn export(
+    scene: &Scene,
+    path: &Path,
+    is_glb: bool,
+    options: &ExportOptions,
+) -> Result<ExportReport, ExportError> {
+    let failed = |fault| ExportError { file: path.to_owned(), fault };
+    let stem = names::stem(path);
+    let own_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let bin = format!("{stem}.bin");
+    let mut layout = Layout::new(scene, options, &stem, &[own_name, bin.clone()]).map_err(failed)?;
+    let mut output = Output { folder: atomic::folder(path), report: ExportReport::default() };
+    output.images(&mut layout.images)?;
+    let bytes = if is_glb {
+        let json = layout.document(scene, None).map_err(failed)?;
+        let glb = Glb::new(&json, &layout.packed).map_err(failed)?;
+        atomic::write(path, |w| glb.write(w)).map(|()| glb.len())
+    } else {
+        let bin = output.free_name(bin, layout.packed.pieces()).map_err(failed)?;
+        let json = layout.document(scene, Some(&names::uri(&bin.path))).map_err(failed)?;
+        if layout.packed.len() > 0 {
+            output.write(bin, layout.packed.pieces())?;
+        }
+        atomic::write(path, |w| w.write_all(&json)).map(|()| json.len() as u64)
+    };
+    output.report.bytes_written += bytes.map_err(|error| failed(error.into()))?;
+    let mut report = output.report;
+    report.superseded = superseded(path, &stem, &report);
+    report.files.push(path.to_owned());
+    report.notes = layout.notes;
+    Ok(report)
+}
+
+/// The files beside a document. A file that is there is never overwritten with other content: the old document, or another
+/// one, may refer to it.
+struct Output<'a> {
+    folder: &'a Path,
+    report: ExportReport,
+}
+
+/// A name for a file.
+struct Name {
+    /// Relative to the folder.
+    path: String,
+    /// Whether the file is there already, with the same content.
+    is_there: bool,
+}
+
+impl Output<'_> {
+    fn images(&mut self, plan: &mut Plan) -> Result<(), ExportError> {
+        for number in 0..plan.files.len() {
+            let (wanted, data) = (plan.files[number].path.clone(), plan.files[number].data.clone());
+            let mut path = wanted.clone();
+            if let Some((inner, name)) = wanted.rsplit_once('/')
+                && !self.make_folder(inner)?
+            {
+                name.clone_into(&mut path);
+            }
+            let failed = |fault| ExportError { file: self.folder.join(&wanted), fault };
+            let name = self.free_name(path, [data.as_slice()].into_iter()).map_err(failed)?;
+            if name.path != wanted {
+                plan.renamed(number, name.path.clone());
+            }
+            self.write(name, [data.as_slice()])?;
+        }
+        Ok(())
+    }
+
+    /// Makes a folder below. False if symbolic links lead it elsewhere.
+    fn make_folder(&self, inner: &str) -> Result<bool, ExportError> {
+        let folder = self.folder.join(inner);
+        let is_inside = || {
+            std::fs::create_dir_all(&folder)?;
+            Ok(folder.canonicalize()?.starts_with(self.folder.canonicalize()?))
+        };
+        is_inside().map_err(|error: io::Error| ExportError { file: folder.clone(), fault: error.into() })
+    }
+
+    /// The name itself, if there is no such file or one with the same content; else one that follows from the content.
+    fn free_name<'p>(&self, path: String, pieces: impl Iterator<Item = &'p [u8]> + Clone) -> Result<Name, ExportFault> {
+        let full = self.folder.join(&path);
+        if atomic::has_content(&full, pieces.clone())? {
+            return Ok(Name { path, is_there: true });
+        }
+        if std::fs::symlink_metadata(&full).is_err() {
+            return Ok(Name { path, is_there: false });
+        }
+        let path = names::with_hash(&path, pieces.clone());
+        let is_there = atomic::has_content(&self.folder.join(&path), pieces)?;
+        Ok(Name { path, is_there })
+    }
+
+    fn write<'p>(&mut self, name: Name, pieces: impl IntoIterator<Item = &'p [u8]>) -> Result<(), ExportError> {
+        let path = self.folder.join(&name.path);
+        if !name.is_there {
+            let mut bytes = 0;
+            let written = atomic::write(&path, |w| {
+                pieces.into_iter().try_for_each(|piece| {
+                    bytes += piece.len() as u64;
+                    w.write_all(piece)
+                })
+            });
+            written.map_err(|error| ExportError { file: path.clone(), fault: error.into() })?;
+            self.report.bytes_written += bytes;
+        }
+        self.report.files.push(path);
+        Ok(())
+    }
+}
+
+/// The `.bin` files of earlier exports to this path that this one does not use.
+fn superseded(path: &Path, stem: &str, report: &ExportReport) -> Vec<std::path::PathBuf> {
+    let folder = atomic::folder(path);
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let ours = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| names::is_hashed_bin(name, stem)));
+    let paths = ours.map(|entry| folder.join(entry.file_name())).filter(|path| !report.files.contains(path));
+    let mut paths: Vec<_> = paths.collect();
+    paths.sort();
+    paths
+}
+
+#[cfg(test)]
+mod tests;
