@@ -85,7 +85,7 @@ struct References<'a> {
 impl References<'_> {
     fn slot(&mut self, info: &TextureInfo, srgb: bool) -> TextureSlot {
         let texture = &self.scene.textures()[info.texture];
-        let Some(image) = texture.source else { return TextureSlot::NONE };
+        let Some(image) = texture.best_source(self.scene.images()) else { return TextureSlot::NONE };
         let image = ImageUse { image, srgb };
         let row = *self.by_texture.entry((info.texture, srgb)).or_insert_with(|| {
             let slot = *self.by_use.entry(image).or_insert_with(|| {

@@ -37,7 +37,7 @@ pub enum WarningKind {
     /// The image of a texture exists only through an extension that is not supported.
     #[error("its image is only given by {0}, which is not supported; the texture has no image")]
     NoImage(String),
-    /// An image that is neither PNG nor JPEG.
+    /// An image of a kind that no renderer decodes.
     #[error("the image is {0}, which cannot be decoded; the texture has no image")]
     UndecodableImage(&'static str),
     /// `mimeType` says one thing and the content another.

@@ -1,4 +1,4 @@
-use super::{Blob, BufferViewId, Extra, ImageId, SamplerId};
+use super::{Blob, BufferViewId, Extra, ImageId, SamplerId, Store};
 
 /// Where an image's bytes are in the document.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Image {
     pub source: ImageSource,
     /// `mimeType`, if given.
     pub mime_type: Option<String>,
-    /// The encoded bytes (PNG, JPEG, ...). `None` where the file was missing, which is a warning of the import.
+    /// The encoded bytes (PNG, JPEG, WebP, KTX2, DDS). `None` where the file was missing, which is a warning of the import.
     pub data: Option<Blob>,
     /// The rest.
     pub extra: Extra,
@@ -88,12 +88,48 @@ pub struct Sampler {
 pub struct Texture {
     /// `name`.
     pub name: Option<String>,
-    /// `source`; `None` where only an unsupported extension gives one.
+    /// `source`: the core form, for who does not know the extensions. What is shown is [`Texture::best_source`].
     pub source: Option<ImageId>,
+    /// The same picture in the forms of extensions.
+    pub alternatives: TextureAlternatives,
     /// `sampler`.
     pub sampler: Option<SamplerId>,
     /// The rest.
     pub extra: Extra,
+}
+
+/// The images that extensions offer for a texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextureAlternatives {
+    /// EXT_texture_webp.
+    pub webp: Option<ImageId>,
+    /// KHR_texture_basisu (KTX2).
+    pub basisu: Option<ImageId>,
+    /// MSFT_texture_dds.
+    pub dds: Option<ImageId>,
+}
+
+impl Texture {
+    /// The image to show: the first form that can be decoded, or else the first that there is. An extension goes before
+    /// the core form, which is there for who does not know it; of the extensions, the one that loses least goes first.
+    pub fn best_source(&self, images: &Store<ImageId, Image>) -> Option<ImageId> {
+        let TextureAlternatives { webp, basisu, dds } = self.alternatives;
+        let forms = || [webp, basisu, dds, self.source].into_iter().flatten();
+        forms().find(|&id| images.get(id).is_some_and(Image::is_decodable)).or_else(|| forms().next())
+    }
+}
+
+impl Image {
+    /// What the bytes are, whatever the document says. `None` if they are missing or of no kind that is known.
+    pub fn media_type(&self) -> Option<&'static str> {
+        media_type(self.data.as_deref()?)
+    }
+
+    /// Whether renderers know this kind of image.
+    pub fn is_decodable(&self) -> bool {
+        let known = ["image/png", "image/jpeg", "image/webp", "image/ktx2", "image/vnd-ms.dds"];
+        self.media_type().is_some_and(|kind| known.contains(&kind))
+    }
 }
 
 /// The media type of an image, by its first bytes.

@@ -26,9 +26,6 @@ use Target::{ByPointer, To, ToOwnKind};
 const SLOTS: &[(&str, &str, Target)] = &[
     ("KHR_draco_mesh_compression", "bufferView", To(Kind::BufferView)),
     ("EXT_texture_avif", "source", To(Kind::Image)),
-    ("EXT_texture_webp", "source", To(Kind::Image)),
-    ("KHR_texture_basisu", "source", To(Kind::Image)),
-    ("MSFT_texture_dds", "source", To(Kind::Image)),
     ("KHR_materials_pbrSpecularGlossiness", "diffuseTexture/index", To(Kind::Texture)),
     ("KHR_materials_pbrSpecularGlossiness", "specularGlossinessTexture/index", To(Kind::Texture)),
     ("KHR_xmp_json_ld", "packet", To(Kind::Packet)),

@@ -87,6 +87,18 @@ macro_rules! walks {
 
             fn texture(o: &$($m)? Texture, at: &At<'_>, v: &mut impl $visitor) {
                 optional(&$($m)? o.source, &at.key("source"), v);
+                let extensions = &at.key("extensions");
+                let a = &$($m)? o.alternatives;
+                for (name, id) in [
+                    ("EXT_texture_webp", &$($m)? a.webp),
+                    ("KHR_texture_basisu", &$($m)? a.basisu),
+                    ("MSFT_texture_dds", &$($m)? a.dds),
+                ] {
+                    if id.is_some() {
+                        v.extension(name);
+                        optional(id, &extensions.key(name).key("source"), v);
+                    }
+                }
                 optional(&$($m)? o.sampler, &at.key("sampler"), v);
                 v.extra(&$($m)? o.extra, at);
             }

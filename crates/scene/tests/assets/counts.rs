@@ -10,12 +10,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Extensions that a file may require and that are not supported. The inventory lists them as `required:`.
-const UNSUPPORTED: &[&str] = &[
-    "KHR_texture_basisu",
-    "EXT_texture_webp",
-    "KHR_materials_pbrSpecularGlossiness",
-    "FAKE_materials_quantumRendering",
-];
+const UNSUPPORTED: &[&str] = &["KHR_materials_pbrSpecularGlossiness", "FAKE_materials_quantumRendering"];
 
 /// What a file must be refused for.
 enum Refusal {

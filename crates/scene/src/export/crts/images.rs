@@ -24,10 +24,11 @@ impl Writer<'_> {
         let mut wanted = HashSet::new();
         let mut colors = HashSet::new();
         for (_, material) in scene.materials().iter().filter(|(id, _)| !lights.materials.contains(id)) {
-            let source = |info: &Option<TextureInfo>| info.as_ref().and_then(|i| scene.textures()[i.texture].source);
+            let best = |texture: TextureId| scene.textures()[texture].best_source(scene.images());
+            let source = |info: &Option<TextureInfo>| info.as_ref().and_then(|i| best(i.texture));
             colors.extend(source(&material.base_color_texture));
             let disney = super::materials::disney(scene, material).0;
-            wanted.extend(disney.all_textures().filter_map(|t| scene.textures()[t].source));
+            wanted.extend(disney.all_textures().filter_map(best));
         }
         for (id, image) in scene.images().iter() {
             if is_generated(image) && !wanted.contains(&id) {

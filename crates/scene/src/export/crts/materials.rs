@@ -31,7 +31,7 @@ fn kept(scene: &Scene, material: &Material) -> Option<Disney> {
     };
     let disney = Disney::from_json(value, texture)?;
     let is_made = |info: &&TextureInfo| {
-        scene.textures()[info.texture].source.is_some_and(|image| is_generated(&scene.images()[image]))
+        scene.textures()[info.texture].best_source(scene.images()).is_some_and(|image| is_generated(&scene.images()[image]))
     };
     // Textures are those of the parameters, or made from them.
     let textures = textures(material);
@@ -97,7 +97,7 @@ impl Writer<'_> {
     /// Adds a material; its index.
     pub(super) fn material(&mut self, disney: &Disney, name: Option<String>, images: &Images) -> Result<i64> {
         let scene = self.scene;
-        let index = |texture: TextureId| images.get(&scene.textures()[texture].source?).copied();
+        let index = |texture: TextureId| images.get(&scene.textures()[texture].best_source(scene.images())?).copied();
         let mut out = schema::Material { name: Some(name.unwrap_or_default()), ..schema::Material::default() };
         for value in disney.base_color {
             finite(value, "base_color")?;

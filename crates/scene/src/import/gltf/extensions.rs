@@ -5,6 +5,7 @@
 pub const SUPPORTED: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
@@ -24,7 +25,9 @@ pub const SUPPORTED: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
+    "MSFT_texture_dds",
     // These say nothing about the picture.
     "KHR_node_hoverability",
     "KHR_node_selectability",
@@ -33,15 +36,13 @@ pub const SUPPORTED: &[&str] = &[
 
 /// Extensions that offer something in another form beside what core glTF holds. Without support the core form is used,
 /// if there is one.
-pub const ALTERNATIVES: &[&str] =
-    &["EXT_texture_webp", "KHR_materials_pbrSpecularGlossiness", "KHR_texture_basisu", "MSFT_texture_dds"];
+pub const ALTERNATIVES: &[&str] = &["KHR_materials_pbrSpecularGlossiness"];
 
 /// Extensions of a buffer view that hold its data compressed.
 pub const COMPRESSED_VIEWS: &[&str] = &["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
-/// Extensions of a texture that give another image.
-pub const TEXTURE_SOURCES: &[&str] =
-    &["KHR_texture_basisu", "EXT_texture_webp", "MSFT_texture_dds", "EXT_texture_avif"];
+/// Extensions of a texture that give an image in a form that cannot be decoded.
+pub const UNDECODABLE_SOURCES: &[&str] = &["EXT_texture_avif"];
 
 /// The extension of a primitive that holds its accessors compressed.
 pub const DRACO: &str = "KHR_draco_mesh_compression";

@@ -1,6 +1,6 @@
 //! Textures, images and samplers.
 
-use super::Document;
+use super::{Document, Typed};
 use crate::export::gltf::images::Placement;
 use crate::export::json::Object;
 use crate::model::*;
@@ -10,7 +10,16 @@ impl Document<'_> {
         o.optional_string("name", &x.name);
         self.index(o, "sampler", x.sampler);
         self.index(o, "source", x.source);
-        self.rest(o, &x.extra);
+        let TextureAlternatives { webp, basisu, dds } = x.alternatives;
+        let webp_source = |o: &mut Object<'_>| self.index(o, "source", webp);
+        let basisu_source = |o: &mut Object<'_>| self.index(o, "source", basisu);
+        let dds_source = |o: &mut Object<'_>| self.index(o, "source", dds);
+        let typed: [(bool, Typed<'_>); 3] = [
+            (webp.is_some(), ("EXT_texture_webp", &webp_source)),
+            (basisu.is_some(), ("KHR_texture_basisu", &basisu_source)),
+            (dds.is_some(), ("MSFT_texture_dds", &dds_source)),
+        ];
+        self.rest_with(o, &x.extra, typed.into_iter().filter_map(|(has, typed)| has.then_some(typed)));
     }
 
     pub(super) fn image(&self, o: &mut Object<'_>, number: usize, x: &Image) {

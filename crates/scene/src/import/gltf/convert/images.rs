@@ -5,7 +5,7 @@ use super::{Converter, Members, Result, invalid};
 use crate::import::ImportFault;
 use crate::import::data_uri::{self, DataUriFault};
 use crate::import::files::FileFault;
-use crate::import::gltf::extensions::TEXTURE_SOURCES;
+use crate::import::gltf::extensions::UNDECODABLE_SOURCES;
 use crate::import::gltf::schema::{self, Int};
 use crate::import::warning::WarningKind;
 use crate::model::*;
@@ -54,14 +54,14 @@ impl Converter<'_> {
                 (None, Some(schema::Text(uri))) => self.image_file(&uri, &at.key("uri"))?,
                 (None, None) => return invalid(at, "the image has neither a uri nor a bufferView"),
             };
-            if let (Some(declared), Some(content)) = (&image.mime_type, data.as_deref().and_then(media_type))
+            let extra = Members::new(image.extensions, image.rest).finish(image.extras, at)?;
+            let image = Image { name: image.name, source, mime_type: image.mime_type, data, extra };
+            if let (Some(declared), Some(content)) = (&image.mime_type, image.media_type())
                 && declared != content
             {
                 let kind = WarningKind::MimeType { declared: declared.clone(), content };
                 self.warn(kind, &at.key("mimeType"));
             }
-            let extra = Members::new(image.extensions, image.rest).finish(image.extras, at)?;
-            let image = Image { name: image.name, source, mime_type: image.mime_type, data, extra };
             self.scene.images.insert_nth(i, image);
         }
         Ok(())
@@ -95,36 +95,56 @@ impl Converter<'_> {
         for (i, t) in textures.into_iter().enumerate() {
             let at = &at.index(i);
             // A texture without an image or with the default sampler is harmless, and there are files that need this.
-            let source = t.source.and_then(|s| self.counts.image(s, &at.key("source")).ok());
-            if t.source.is_some() && source.is_none() {
-                self.tolerate("there is no such image; the texture has none", &at.key("source"));
-            }
+            let source = self.texture_image(t.source, &at.key("source"));
             let sampler = t.sampler.and_then(|s| self.counts.sampler(s, &at.key("sampler")).ok());
             if t.sampler.is_some() && sampler.is_none() {
                 self.tolerate("there is no such sampler; the default is used", &at.key("sampler"));
             }
-            let members = Members::new(t.extensions, t.rest);
-            match source {
-                None => {
-                    if let Some(name) = TEXTURE_SOURCES.iter().find(|name| members.has(name)) {
-                        self.warn(WarningKind::NoImage((*name).to_owned()), at);
-                    }
-                }
-                Some(id) => {
-                    let content = self.scene.images[id].data.as_deref().map(media_type);
-                    match content {
-                        None | Some(Some("image/png" | "image/jpeg")) => {}
-                        Some(other) => {
-                            let kind = WarningKind::UndecodableImage(other.unwrap_or("of no known type"));
-                            self.warn(kind, &at.key("source"));
-                        }
+            let members = &mut Members::new(t.extensions, t.rest);
+            let alternatives = TextureAlternatives {
+                webp: self.texture_source("EXT_texture_webp", members, at)?,
+                basisu: self.texture_source("KHR_texture_basisu", members, at)?,
+                dds: self.texture_source("MSFT_texture_dds", members, at)?,
+            };
+            let undecodable = UNDECODABLE_SOURCES.iter().find(|name| members.has(name));
+            let extra = std::mem::take(members).finish(t.extras, at)?;
+            let texture = Texture { name: t.name, source, alternatives, sampler, extra };
+            match (texture.best_source(&self.scene.images), undecodable) {
+                (None, Some(name)) => self.warn(WarningKind::NoImage((*name).to_owned()), at),
+                (None, None) => {}
+                (Some(id), _) => {
+                    let image = &self.scene.images[id];
+                    if image.data.is_some() && !image.is_decodable() {
+                        let kind = WarningKind::UndecodableImage(image.media_type().unwrap_or("of no known type"));
+                        self.warn(kind, &at.key("source"));
                     }
                 }
             }
-            let texture = Texture { name: t.name, source, sampler, extra: members.finish(t.extras, at)? };
             self.scene.textures.insert_nth(i, texture);
         }
         Ok(())
+    }
+
+    /// An image that a texture names, if there is such an image.
+    fn texture_image(&mut self, source: Option<Int>, at: &At<'_>) -> Option<ImageId> {
+        let image = self.counts.image(source?, at).ok();
+        if image.is_none() {
+            self.tolerate("there is no such image; the texture has none", at);
+        }
+        image
+    }
+
+    /// The image that an extension names. What else its object holds is kept.
+    fn texture_source<'a>(
+        &mut self,
+        name: &'static str,
+        members: &mut Members<'a>,
+        at: &At<'_>,
+    ) -> Result<Option<ImageId>> {
+        let Some(object) = members.take::<schema::TextureSource<'a>>(name, at)? else { return Ok(None) };
+        members.keep_rest(name, object.extensions, object.extras, object.rest, at)?;
+        let extensions = at.key("extensions");
+        Ok(self.texture_image(object.source, &extensions.key(name).key("source")))
     }
 }
 

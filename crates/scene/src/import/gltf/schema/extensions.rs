@@ -151,6 +151,9 @@ object!(Instancing {
     attributes: Attributes,
 });
 
+// EXT_texture_webp, KHR_texture_basisu and MSFT_texture_dds
+object!(TextureSource { source: Option<Int> });
+
 // EXT_meshopt_compression and KHR_meshopt_compression at a buffer view
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]

@@ -185,16 +185,50 @@ fn an_unknown_optional_extension_is_a_warning_by_name() {
 
 #[test]
 fn a_texture_whose_image_is_only_in_an_unsupported_form_has_none() {
-    let webp = "data:image/webp;base64,UklGRgAAAABXRUJQ";
     let doc = document(json!({
-        "extensionsUsed": ["EXT_texture_webp"],
-        "images": [{ "uri": webp }],
-        "textures": [{ "extensions": { "EXT_texture_webp": { "source": 0 } } }, { "source": 0 }],
+        "extensionsUsed": ["EXT_texture_avif"],
+        "images": [{ "uri": "data:image/gif;base64,R0lGODlh" }],
+        "textures": [{ "extensions": { "EXT_texture_avif": { "source": 0 } } }, { "source": 0 }],
     }));
     let imported = import(&doc).unwrap();
     let sources: Vec<bool> = imported.scene.textures().iter().map(|(_, t)| t.source.is_some()).collect();
     assert_eq!(sources, [false, true]);
     let list: Vec<String> = imported.warnings.iter().map(ToString::to_string).collect();
-    assert!(list[1].starts_with("/textures/0: its image is only given by EXT_texture_webp"), "{list:?}");
-    assert!(list[2].starts_with("/textures/1/source: the image is image/webp"), "{list:?}");
+    assert!(list[1].starts_with("/textures/0: its image is only given by EXT_texture_avif"), "{list:?}");
+    assert!(list[2].starts_with("/textures/1/source: the image is image/gif"), "{list:?}");
+}
+
+#[test]
+fn a_texture_shows_the_form_of_an_extension_and_keeps_the_core_one() {
+    let png = "data:image/png;base64,iVBORw0KGgo=";
+    let webp = "data:image/webp;base64,UklGRgAAAABXRUJQ";
+    let ktx2 = "data:image/ktx2;base64,q0tUWCAyMLsNChoK";
+    let dds = "data:image/vnd-ms.dds;base64,RERTIHwAAAA=";
+    let texture = |name: &str, source: usize| json!({ "source": 0, "extensions": { name: { "source": source } } });
+    let doc = document(json!({
+        "extensionsUsed": ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"],
+        "extensionsRequired": ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"],
+        "images": [{ "uri": png }, { "uri": webp }, { "uri": ktx2 }, { "uri": dds }, { "uri": "data:image/webp;base64,!" }],
+        "textures": [
+            texture("EXT_texture_webp", 1),
+            texture("KHR_texture_basisu", 2),
+            texture("MSFT_texture_dds", 3),
+            texture("EXT_texture_webp", 4),
+            { "extensions": { "KHR_texture_basisu": { "source": 2, "extras": 7 } } },
+            texture("MSFT_texture_dds", 9),
+        ],
+    }));
+    let imported = import(&doc).unwrap();
+    let scene = imported.scene;
+    let best = |t: &Texture| t.best_source(scene.images()).map(Store::<ImageId, Image>::slot);
+    let slots: Vec<_> = scene.textures().iter().map(|(_, t)| best(t)).collect();
+    assert_eq!(slots, [Some(1), Some(2), Some(3), Some(0), Some(2), Some(0)]);
+    let textures: Vec<_> = scene.textures().iter().map(|(_, t)| t).collect();
+    assert!(textures.iter().take(4).all(|t| t.source == textures[5].source));
+    assert_eq!(textures[1].alternatives.basisu, textures[4].alternatives.basisu);
+    assert_eq!(textures[4].extra.extensions.as_ref().unwrap()["KHR_texture_basisu"], json!({ "extras": 7 }));
+    let list: Vec<String> = imported.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(list.len(), 2, "{list:?}");
+    assert!(list[0].starts_with("/images/4/uri: "), "{list:?}");
+    assert!(list[1].starts_with("/textures/5/extensions/MSFT_texture_dds/source: there is no such image"), "{list:?}");
 }
