@@ -79,7 +79,7 @@ Examples:
   orthant info helmet.glb --json
   orthant info helmet.glb --json --mesh-descs")]
 pub struct InfoArgs {
-    /// The scene: .gltf or .glb
+    /// The scene: .gltf, .glb or .obj
     pub file: PathBuf,
     /// Print one JSON document
     #[arg(long)]

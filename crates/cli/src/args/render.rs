@@ -17,7 +17,7 @@ Examples:
   orthant render helmet.glb -o helmet.png --eye 0,1,4 --target 0,0,0 --fov 30 --env studio.hdr
   orthant render city.glb -o part.share --samples 0..256 --spp 1024")]
 pub struct RenderArgs {
-    /// The scene: .gltf or .glb
+    /// The scene: .gltf, .glb or .obj
     pub file: PathBuf,
     /// The image (.png tone-mapped, .exr or .hdr linear), or a .share of the work for `orthant merge`
     #[arg(short, long, value_name = "IMAGE")]

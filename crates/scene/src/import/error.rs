@@ -1,5 +1,6 @@
 use super::budget::OverBudget;
 use super::files::FileFault;
+use super::obj::ObjFault;
 use crate::accessor::AccessorFault;
 use crate::codec::draco::DracoError;
 use crate::codec::meshopt::MeshoptError;
@@ -127,6 +128,9 @@ pub enum ImportFault {
         /// Its name.
         name: Option<String>,
     },
+    /// A line of an OBJ file.
+    #[error(transparent)]
+    Obj(#[from] ObjFault),
     /// A value that may not be.
     #[error("{0}")]
     Value(String),

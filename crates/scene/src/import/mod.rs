@@ -10,11 +10,14 @@ pub(crate) mod data_uri;
 mod error;
 pub(crate) mod files;
 mod gltf;
+mod image_type;
+mod obj;
 mod warning;
 
 pub use budget::OverBudget;
 pub use error::{ImportError, ImportFault, Place};
 pub use files::FileFault;
+pub use obj::ObjFault;
 pub use warning::{Warning, WarningKind};
 
 use crate::Scene;
@@ -49,6 +52,8 @@ pub enum Format {
     Glb,
     /// CRTS, the format of ChameleonRT.
     Crts,
+    /// Wavefront OBJ.
+    Obj,
 }
 
 impl Format {
@@ -58,13 +63,14 @@ impl Format {
             Self::Gltf => "gltf",
             Self::Glb => "glb",
             Self::Crts => "crts",
+            Self::Obj => "obj",
         }
     }
 
     /// The format that a file's name promises, whatever its case. `None` if it has no extension that is known.
     pub fn from_extension(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
-        [Self::Gltf, Self::Glb, Self::Crts].into_iter().find(|f| extension.eq_ignore_ascii_case(f.name()))
+        [Self::Gltf, Self::Glb, Self::Crts, Self::Obj].into_iter().find(|f| extension.eq_ignore_ascii_case(f.name()))
     }
 
     /// The format that the content is. `None` if it is none that is known.
@@ -77,7 +83,10 @@ impl Format {
         }
         let text = bytes.strip_prefix(gltf::BYTE_ORDER_MARK).unwrap_or(bytes);
         let first = text.iter().find(|b| !b.is_ascii_whitespace());
-        (first == Some(&b'{')).then_some(Self::Gltf)
+        if first == Some(&b'{') {
+            return Some(Self::Gltf);
+        }
+        obj::looks_like(bytes).then_some(Self::Obj)
     }
 }
 
@@ -145,6 +154,10 @@ fn import_bytes(
     let (scene, warnings) = match format {
         Format::Gltf | Format::Glb => gltf::import(bytes, format == Format::Glb, &files, budget),
         Format::Crts => crts::import(bytes, budget),
+        Format::Obj => {
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            obj::import(bytes, &stem, &files, budget)
+        }
     }
     .map_err(|(place, fault)| ImportError { file: name.to_owned(), place, fault })?;
     Ok(Imported { scene, warnings, format, charged_bytes: budget.used() })
@@ -161,7 +174,9 @@ fn agreed_format(bytes: &[u8], path: &Path) -> Result<Format, ImportFault> {
         // It has no magic number: its importer says what is wrong.
         (Some(Format::Crts), None) => Ok(Format::Crts),
         (Some(_), None) if bytes.is_empty() => Err(ImportFault::UnknownFormat("the file is empty".to_owned())),
-        (Some(_), None) => Err(ImportFault::UnknownFormat("neither a JSON object nor a GLB".to_owned())),
+        (Some(_), None) => {
+            Err(ImportFault::UnknownFormat("neither a JSON object nor a GLB nor the lines of an OBJ".to_owned()))
+        }
         (Some(extension), Some(content)) if extension != content => {
             Err(ImportFault::FormatMismatch { extension: extension.name(), content: content.name() })
         }

@@ -54,6 +54,20 @@ pub enum WarningKind {
     /// Something that is broken has a stand-in.
     #[error("{0}")]
     Replaced(String),
+    /// A library of materials could not be read.
+    #[error("{0}; materials that no other file defines are matte")]
+    MissingMaterialLibrary(String),
+    /// A material that no library defines.
+    #[error("material {0:?} is not defined; it is matte")]
+    UndefinedMaterial(String),
+    /// Something in a library of materials that is not as it should be, or is not shown. The place is in that file.
+    #[error("in {file}: {what}")]
+    MaterialLibrary {
+        /// The library.
+        file: String,
+        /// What it is.
+        what: String,
+    },
     /// A rule of the format is broken in a way that harms nothing.
     #[error("{0}")]
     Tolerated(&'static str),
@@ -69,12 +83,24 @@ pub(crate) struct Warnings {
 impl Warnings {
     /// `place` is only asked for at the first occurrence.
     pub fn push(&mut self, kind: WarningKind, place: impl FnOnce() -> Place) {
+        self.push_many(kind, 1, place);
+    }
+
+    /// As many occurrences, the first of them at `place`.
+    pub fn push_many(&mut self, kind: WarningKind, count: usize, place: impl FnOnce() -> Place) {
         if let Some(&i) = self.known.get(&kind) {
-            self.list[i].count += 1;
+            self.list[i].count += count;
             return;
         }
         self.known.insert(kind.clone(), self.list.len());
-        self.list.push(Warning { place: place(), kind, count: 1 });
+        self.list.push(Warning { place: place(), kind, count });
+    }
+
+    /// Warnings that were collected about what comes later.
+    pub fn append(&mut self, later: Self) {
+        for warning in later.list {
+            self.push_many(warning.kind, warning.count, || warning.place);
+        }
     }
 
     pub fn into_list(self) -> Vec<Warning> {

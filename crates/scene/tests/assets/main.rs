@@ -5,4 +5,5 @@ mod corpus;
 mod counts;
 mod export;
 mod malformed;
+mod obj;
 mod peer;
