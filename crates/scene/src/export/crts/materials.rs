@@ -31,7 +31,9 @@ fn kept(scene: &Scene, material: &Material) -> Option<Disney> {
     };
     let disney = Disney::from_json(value, texture)?;
     let is_made = |info: &&TextureInfo| {
-        scene.textures()[info.texture].best_source(scene.images()).is_some_and(|image| is_generated(&scene.images()[image]))
+        scene.textures()[info.texture]
+            .best_source(scene.images())
+            .is_some_and(|image| is_generated(&scene.images()[image]))
     };
     // Textures are those of the parameters, or made from them.
     let textures = textures(material);

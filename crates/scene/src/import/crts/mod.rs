@@ -101,7 +101,7 @@ impl Converter<'_> {
                 }
             }
         }
-        self.scene.extensions_used = crate::visit::extensions_in_use(&self.scene).into_iter().map(Into::into).collect();
+        self.scene.extensions_used = crate::visit::extensions_in_use(&self.scene).into_iter().collect();
     }
 
     fn charge(&self, bytes: u64, place: impl FnOnce() -> Place) -> Result<()> {

@@ -55,6 +55,9 @@ impl Packing {
 #[derive(Default)]
 pub struct Packed(HashMap<Packing, Option<TextureId>>);
 
+/// A decoded image.
+type Texels = image::ImageBuffer<Rgba<u16>, Vec<u16>>;
+
 impl Converter<'_> {
     /// The texture that a slot gets. `None` if an image that it needs cannot be decoded here.
     pub(super) fn packed(
@@ -79,7 +82,7 @@ impl Converter<'_> {
     }
 
     fn pack(&self, packing: &Packing, place: &impl Fn() -> Place) -> Result<Option<Vec<u8>>> {
-        let mut images: Vec<(usize, image::ImageBuffer<Rgba<u16>, Vec<u16>>)> = Vec::new();
+        let mut images: Vec<(usize, Texels)> = Vec::new();
         let mut charged = 0;
         let mut deep = false;
         for source in packing.channels {

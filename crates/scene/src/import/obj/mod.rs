@@ -112,7 +112,7 @@ fn show(scene: &mut Scene, primitives: Vec<Primitive>, statements: Statements, s
         _ => stem.to_owned(),
     };
     let mesh = (!primitives.is_empty()).then(|| {
-        let extra = Extra { extras: names(&statements).map(Box::new), extensions: None };
+        let extra = Extra { extras: names(&statements).map(Box::new), ..Extra::default() };
         scene.meshes.insert(Mesh { name: Some(name.clone()), primitives, weights: Vec::new(), extra })
     });
     let node = scene.nodes.insert(Node { name: Some(name), mesh, ..Node::default() });

@@ -7,7 +7,6 @@ use crate::import::data_uri::{self, DataUriFault};
 use crate::import::files::FileFault;
 use crate::import::gltf::extensions::UNDECODABLE_SOURCES;
 use crate::import::gltf::schema::{self, Int};
-use crate::import::image_type::media_type;
 use crate::import::warning::WarningKind;
 use crate::model::*;
 use crate::place::At;

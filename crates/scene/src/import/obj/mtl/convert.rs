@@ -185,10 +185,11 @@ impl<'c> Converter<'c> {
         }
         let mut path = beside_library.clone();
         let mut read = self.files.read(&path, None);
-        if path != file && matches!(read, Err(FileFault::Missing(_) | FileFault::Outside(_))) {
-            if let Ok(found) = self.files.read(file, None) {
-                (path, read) = (file.to_owned(), Ok(found));
-            }
+        if path != file
+            && matches!(read, Err(FileFault::Missing(_) | FileFault::Outside(_)))
+            && let Ok(found) = self.files.read(file, None)
+        {
+            (path, read) = (file.to_owned(), Ok(found));
         }
         let data = match read {
             Ok(bytes) => Some(Blob::new(bytes)),
