@@ -2,7 +2,8 @@
 
 use core::ops::Index;
 
-use crate::node::{FREE, NONE, Node, NodeId};
+use crate::node::{Child, FREE, NONE, Node, NodeId};
+use crate::prefetch::prefetch;
 use crate::scalar::Scalar;
 
 /// The explicit writes that bring a copy of the arena up to date.
@@ -57,24 +58,31 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
         self.logged.reserve(fresh / 64 + 1);
     }
 
-    /// Takes a free slot, or the end. Freed slots are used again last in, first out.
-    #[inline]
-    pub(crate) fn alloc(&mut self, node: Node<S, N>) -> u32 {
+    /// Asks for a child that will be looked at soon; leaves have no node.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, child: Child) {
+        if let Some(node) = self.nodes.get(child.0 as usize) {
+            prefetch(node);
+        }
+    }
+
+    /// Takes a free slot, or the end. Freed slots are used again last in, first out. The node has no children yet: they are
+    /// written where they are to lie, since a node that is put together elsewhere and copied at once stalls the processor.
+    #[inline(always)]
+    pub(crate) fn alloc(&mut self, parent: u32) -> u32 {
         let id = match self.free.pop() {
-            Some(id) => {
-                self.nodes[id as usize] = node;
-                id
-            }
+            Some(id) => id,
             None => {
                 let id = self.nodes.len() as u32;
                 assert!(id < FRESH, "2^31 nodes hold more items than there are ids");
-                self.nodes.push(node);
+                self.nodes.push(Node::FREE);
                 if id.is_multiple_of(64) {
                     self.logged.push(0);
                 }
                 id
             }
         };
+        self.nodes[id as usize].parent = parent;
         self.note(id, FRESH);
         id
     }
@@ -159,7 +167,7 @@ mod tests {
     fn arena_with(count: usize) -> Arena<f32, 3> {
         let mut arena = Arena::new();
         for _ in 0..count {
-            arena.alloc(Node { parent: NONE, ..Node::FREE });
+            arena.alloc(NONE);
         }
         arena.drain(NONE, &mut NodeWrites::default());
         arena
@@ -179,7 +187,7 @@ mod tests {
     #[test]
     fn a_node_that_was_taken_and_given_back_in_one_batch_is_not_mentioned() {
         let mut arena = arena_with(1);
-        let id = arena.alloc(Node { parent: NONE, ..Node::FREE });
+        let id = arena.alloc(NONE);
         arena.release(id);
         let mut writes = NodeWrites::default();
         arena.drain(0, &mut writes);
@@ -191,7 +199,7 @@ mod tests {
     fn a_freed_slot_that_is_taken_again_in_the_same_batch_is_a_write() {
         let mut arena = arena_with(2);
         arena.release(0);
-        assert_eq!(arena.alloc(Node { parent: NONE, ..Node::FREE }), 0);
+        assert_eq!(arena.alloc(NONE), 0);
         let mut writes = NodeWrites::default();
         arena.drain(0, &mut writes);
         assert_eq!((writes.written, writes.freed), (vec![NodeId(0)], vec![]));

@@ -55,6 +55,7 @@ mod error;
 #[cfg(feature = "measure")]
 pub mod measure;
 mod node;
+mod prefetch;
 mod query;
 mod scalar;
 mod tree;

@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn a_leaked_node_is_named() {
         let mut bvh = tree();
-        let leaked = bvh.arena.alloc(crate::Node { parent: NONE, ..crate::Node::FREE });
+        let leaked = bvh.arena.alloc(NONE);
         assert_eq!(bvh.validate(), Err(ValidateError::Unreachable { node: leaked }));
     }
 

@@ -215,10 +215,17 @@ fn run<S: Coordinate, const N: usize>(ops: &[(Op, i32)]) {
     }
 }
 
+/// 48 cases each; `PROPTEST_CASES` asks for another number.
+fn config() -> ProptestConfig {
+    let default = ProptestConfig::default();
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() { default.cases } else { 48 };
+    ProptestConfig { cases, ..default }
+}
+
 macro_rules! random_edits {
     ($($name:ident: $scalar:ty, $dim:expr;)*) => {
         proptest! {
-            #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+            #![proptest_config(config())]
             $(
                 #[test]
                 fn $name(ops in prop::collection::vec((op(), 0..1 << 24i32), 1..160)) {

@@ -7,7 +7,7 @@ pub(crate) mod sah;
 
 use crate::aabb::Aabb;
 use crate::error::BvhError;
-use crate::node::{Child, ChildKind, MAX_ITEM, NONE, Node};
+use crate::node::{Child, ChildKind, MAX_ITEM, NONE};
 use crate::scalar::Scalar;
 use crate::tree::{ABSENT, Bvh, MAX_DEPTH};
 use draft::{Draft, Part};
@@ -91,32 +91,33 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         self.enter_items(count, &item).inspect_err(|_| self.places.clear())?;
         self.len = count;
 
+        if count == 0 {
+            return Ok(());
+        }
         let mut draft = Draft::default();
-        let top = match (count, builder) {
-            (0, _) => return Ok(()),
-            (1, _) => {
-                let (item, bounds) = item(0);
-                Part { child: Child::leaf(item), bounds, height: 0 }
+        let leaves: Vec<_>;
+        let top = match builder {
+            _ if count == 1 => {
+                leaves = vec![item(0)];
+                Child::leaf(0)
             }
-            (_, Builder::Ploc { radius, coarse_passes }) => {
-                ploc::build(&mut draft, count, &item, radius, coarse_passes)
+            Builder::Ploc { radius, coarse_passes } => {
+                // In this order the leaves of the tree are nearly those of the list.
+                leaves = morton::order(count, |i| item(i).1).map(&item).collect();
+                ploc::build(&mut draft, &leaves, radius, coarse_passes)
             }
-            (_, Builder::Sah) => {
-                let mut parts: Vec<_> = (0..count)
-                    .map(|i| {
-                        let (item, bounds) = item(i);
-                        Part { child: Child::leaf(item), bounds, height: 0 }
-                    })
-                    .collect();
-                sah::build(&mut draft, &mut parts, MAX_DEPTH)
+            Builder::Sah => {
+                leaves = (0..count).map(&item).collect();
+                sah::build(&mut draft, &mut Part::leaves(&leaves), MAX_DEPTH)
             }
         };
-        self.arena.reserve(count.saturating_sub(1).max(1));
-        if let ChildKind::Node(root) = top.child.kind() {
-            self.root = self.install(&draft.nodes, root.0, NONE);
+        self.arena.reserve(leaves.len());
+        if let ChildKind::Node(root) = top.kind() {
+            self.root = self.raise(&draft, root.0, NONE, &leaves);
         } else {
-            self.root = self.arena.alloc(Node { parent: NONE, ..Node::FREE });
-            self.set_child(self.root, 0, top.child, top.bounds, top.height);
+            let (item, bounds) = leaves[0];
+            self.root = self.arena.alloc(NONE);
+            self.set_child(self.root, 0, Child::leaf(item), bounds, 0);
         }
         self.parents_first = self.arena.free_list().is_empty();
         self.limit_depth();

@@ -9,33 +9,34 @@ const HIGH_BITS: u32 = 32;
 const DIGIT: u32 = 11;
 
 /// The indices of the boxes, sorted by the Morton codes of their centres (63 bits), ties by index.
-pub(crate) fn order<S: Scalar, const N: usize>(count: usize, bounds: impl Fn(usize) -> Aabb<S, N>) -> Vec<u32> {
+pub(crate) fn order<S: Scalar, const N: usize>(
+    count: usize,
+    bounds: impl Fn(usize) -> Aabb<S, N>,
+) -> impl ExactSizeIterator<Item = usize> {
     let grid = Grid::new(count, &bounds);
-    let codes: Vec<u64> = (0..count).map(|i| grid.code(&bounds(i))).collect();
-    let mut keys: Vec<u64> =
-        codes.iter().enumerate().map(|(i, code)| (code >> (63 - HIGH_BITS)) << 32 | i as u64).collect();
+    let high_half = |code: u64| code >> (63 - HIGH_BITS) << 32;
+    let mut keys: Vec<u64> = (0..count).map(|i| high_half(grid.code(&bounds(i))) | i as u64).collect();
     sort_by_high_half(&mut keys);
 
     // Where centres crowd, the high parts are the same: sort such a run by the whole code.
-    let mut order: Vec<u32> = keys.iter().map(|&key| key as u32).collect();
-    let mut start = 0;
-    while start < count {
-        let high = keys[start] >> 32;
-        let mut end = start + 1;
-        while end < count && keys[end] >> 32 == high {
-            end += 1;
+    for run in keys.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
+        if run.len() > 1 {
+            run.sort_by_cached_key(|&key| (grid.code(&bounds(index(key))), key));
         }
-        if end - start > 1 {
-            order[start..end].sort_unstable_by_key(|&i| (codes[i as usize], i));
-        }
-        start = end;
     }
-    order
+    keys.into_iter().map(index)
+}
+
+/// The lower half of a key.
+#[inline(always)]
+fn index(key: u64) -> usize {
+    (key & u64::from(u32::MAX)) as usize
 }
 
 /// A lattice over the centres of all boxes that are not unbounded; those are clipped to it.
 struct Grid<S: Scalar, const N: usize> {
     clip: Aabb<S, N>,
+    any_capped: bool,
     low: [S::Real; N],
     scale: [S::Real; N],
     spread: [u64; 256],
@@ -46,11 +47,13 @@ impl<S: Scalar, const N: usize> Grid<S, N> {
 
     fn new(count: usize, bounds: &impl Fn(usize) -> Aabb<S, N>) -> Self {
         let mut clip = Aabb::EMPTY;
+        let mut any_capped = false;
         let mut low = [S::Real::INFINITY; N];
         let mut high = [S::Real::ZERO - S::Real::INFINITY; N];
         for i in 0..count {
             let b = bounds(i);
             if b.is_capped() {
+                any_capped = true;
                 continue;
             }
             clip = clip.union(&b);
@@ -68,12 +71,12 @@ impl<S: Scalar, const N: usize> Grid<S, N> {
                 scale[a] = cells * extent.recip();
             }
         }
-        Self { clip, low, scale, spread: spread_table(N as u32) }
+        Self { clip, any_capped, low, scale, spread: spread_table(N as u32) }
     }
 
     #[inline(always)]
     fn code(&self, b: &Aabb<S, N>) -> u64 {
-        let centre = if b.is_capped() { b.centre2_in(&self.clip) } else { b.centre2() };
+        let centre = if self.any_capped && b.is_capped() { b.centre2_in(&self.clip) } else { b.centre2() };
         let mut code = 0;
         for a in 0..N {
             // Saturates, and is 0 for NaN, which an infinite product may give.
@@ -149,7 +152,7 @@ mod tests {
         let corner = |i: usize| point([(i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32]);
         let shuffled = [5, 2, 7, 0, 3, 6, 1, 4];
         let order = order(8, |i| corner(shuffled[i]));
-        assert_eq!(order.iter().map(|&i| shuffled[i as usize]).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(order.map(|i| shuffled[i]).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6, 7]);
     }
 
     #[test]
@@ -173,7 +176,7 @@ mod tests {
         let boxes: Vec<_> =
             (0..500).rev().map(|i| point([i as f32 * 0.001, 0.0, 0.0])).chain([point([900.0; 3])]).collect();
         let sorted = order(boxes.len(), |i| boxes[i]);
-        let xs: Vec<_> = sorted.iter().map(|&i| boxes[i as usize].min[0]).collect();
+        let xs: Vec<_> = sorted.map(|i| boxes[i].min[0]).collect();
         assert!(xs.windows(2).filter(|pair| pair[0] <= pair[1]).count() > 490);
     }
 
@@ -182,7 +185,7 @@ mod tests {
         let mut boxes: Vec<_> = (0..64).map(|i| point([i as f32, 0.0])).collect();
         boxes.push(Aabb::new([f32::NEG_INFINITY, 0.0], [f32::INFINITY, 1.0]));
         let sorted = order(boxes.len(), |i| boxes[i]);
-        let xs: Vec<_> = sorted.iter().filter(|&&i| i < 64).copied().collect();
+        let xs: Vec<_> = sorted.filter(|&i| i < 64).collect();
         assert_eq!(xs, (0..64).collect::<Vec<_>>());
     }
 }

@@ -6,7 +6,7 @@
 //! distance are computed in one sweep over short blocks, so that the compiler makes vector instructions of it.
 
 use super::draft::{Draft, Part};
-use super::{morton, sah};
+use super::sah;
 use crate::aabb::Aabb;
 use crate::node::Child;
 use crate::scalar::{Real, Scalar, greater, lesser};
@@ -20,26 +20,18 @@ const MAX_RADIUS: usize = 32;
 /// in a pass finds each other: the rest is then built top down.
 const FEW: usize = 8;
 
-/// Builds over `count` boxes, at least two.
+/// Builds over leaves in the order of the curve, at least two.
 pub(crate) fn build<S: Scalar, const N: usize>(
-    draft: &mut Draft<S, N>,
-    count: usize,
-    item: &impl Fn(usize) -> (u32, Aabb<S, N>),
+    draft: &mut Draft,
+    leaves: &[(u32, Aabb<S, N>)],
     radius: usize,
     coarse_passes: usize,
-) -> Part<S, N> {
+) -> Child {
     let radius = radius.clamp(1, MAX_RADIUS);
-    let order = morton::order(count, |i| item(i).1);
-    let mut clusters = Clusters::with_len(count);
-    for (at, &i) in order.iter().enumerate() {
-        let (item, bounds) = item(i as usize);
-        clusters.set(at, Part { child: Child::leaf(item), bounds, height: 0 });
-    }
-    drop(order);
-
-    draft.nodes.reserve(count - 1);
+    let mut clusters = Clusters::of(leaves);
+    let mut count = leaves.len();
+    draft.joins.reserve(count - 1);
     let mut partner = vec![0i32; count];
-    let mut count = count;
     let mut pass = 0;
     while count > 1 {
         let reach = if pass < coarse_passes { 1 } else { radius };
@@ -52,7 +44,7 @@ pub(crate) fn build<S: Scalar, const N: usize>(
         count = left;
         pass += 1;
     }
-    clusters.get(0)
+    clusters.child[0]
 }
 
 /// The clusters of a pass, axis by axis.
@@ -60,16 +52,14 @@ struct Clusters<S, const N: usize> {
     min: [Vec<S>; N],
     max: [Vec<S>; N],
     child: Vec<Child>,
-    height: Vec<u8>,
 }
 
 impl<S: Scalar, const N: usize> Clusters<S, N> {
-    fn with_len(count: usize) -> Self {
+    fn of(leaves: &[(u32, Aabb<S, N>)]) -> Self {
         Self {
-            min: core::array::from_fn(|_| vec![S::default(); count]),
-            max: core::array::from_fn(|_| vec![S::default(); count]),
-            child: vec![Child::EMPTY; count],
-            height: vec![0; count],
+            min: core::array::from_fn(|a| leaves.iter().map(|(_, bounds)| bounds.min[a]).collect()),
+            max: core::array::from_fn(|a| leaves.iter().map(|(_, bounds)| bounds.max[a]).collect()),
+            child: (0..leaves.len() as u32).map(Child::leaf).collect(),
         }
     }
 
@@ -80,7 +70,7 @@ impl<S: Scalar, const N: usize> Clusters<S, N> {
             bounds.min[a] = self.min[a][i];
             bounds.max[a] = self.max[a][i];
         }
-        Part { bounds, child: self.child[i], height: self.height[i] }
+        Part { bounds, child: self.child[i] }
     }
 
     #[inline(always)]
@@ -90,7 +80,6 @@ impl<S: Scalar, const N: usize> Clusters<S, N> {
             self.max[a][i] = part.bounds.max[a];
         }
         self.child[i] = part.child;
-        self.height[i] = part.height;
     }
 
     /// For each of the first `count` clusters, how far on the curve its partner is: the neighbour within `radius` with which
@@ -168,7 +157,7 @@ impl<S: Scalar, const N: usize> Clusters<S, N> {
 
     /// Joins every two that chose each other; a joined cluster takes the place of the first. Returns how many are left,
     /// which now lie in front.
-    fn join_partners(&mut self, draft: &mut Draft<S, N>, partner: &[i32]) -> usize {
+    fn join_partners(&mut self, draft: &mut Draft, partner: &[i32]) -> usize {
         let mut left = 0;
         for i in 0..partner.len() {
             let offset = partner[i];
@@ -177,7 +166,11 @@ impl<S: Scalar, const N: usize> Clusters<S, N> {
             if mutual && offset < 0 {
                 continue;
             }
-            let part = if mutual { draft.join(self.get(i), self.get(other)) } else { self.get(i) };
+            let mut part = self.get(i);
+            if mutual {
+                let other = self.get(other);
+                part = Part { bounds: part.bounds.union(&other.bounds), child: draft.join(part.child, other.child) };
+            }
             self.set(left, part);
             left += 1;
         }
@@ -185,15 +178,16 @@ impl<S: Scalar, const N: usize> Clusters<S, N> {
     }
 }
 
-/// Where `area` is smaller than the best so far, it is the best, and `offset` leads to the partner.
+/// Where `area` is smaller than the best so far, it is the best, and `offset` leads to the partner. Without branches: which
+/// way they go is chance.
 #[inline(always)]
 fn keep_smaller<R: Real>(best: &mut [R], partner: &mut [i32], area: &[R], offset: i32) {
     let len = best.len();
     let (partner, area) = (&mut partner[..len], &area[..len]);
     for k in 0..len {
-        let smaller = area[k] < best[k];
-        best[k] = if smaller { area[k] } else { best[k] };
-        partner[k] = if smaller { offset } else { partner[k] };
+        let smaller = -i32::from(area[k] < best[k]);
+        best[k] = lesser(area[k], best[k]);
+        partner[k] = (offset & smaller) | (partner[k] & !smaller);
     }
 }
 
@@ -202,11 +196,7 @@ mod tests {
     use super::*;
 
     fn clusters(boxes: &[Aabb<f32, 3>]) -> Clusters<f32, 3> {
-        let mut clusters = Clusters::with_len(boxes.len());
-        for (i, &bounds) in boxes.iter().enumerate() {
-            clusters.set(i, Part { bounds, child: Child::leaf(i as u32), height: 0 });
-        }
-        clusters
+        Clusters::of(&(0..).zip(boxes.iter().copied()).collect::<Vec<_>>())
     }
 
     #[test]

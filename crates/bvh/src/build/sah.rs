@@ -3,96 +3,61 @@
 
 use super::draft::{Draft, Part};
 use crate::aabb::Aabb;
-use crate::node::{Child, ChildKind, NONE, Node, NodeId};
+use crate::node::{Child, NONE};
 use crate::scalar::{Real, Scalar, greater, lesser};
 
 /// Bins on each axis.
 const BINS: usize = 16;
 
-/// A range of the parts that becomes a child of a node.
-struct Task<S, const N: usize> {
+/// A range of the parts that becomes a child of a join.
+struct Task {
     start: usize,
     end: usize,
-    bounds: Aabb<S, N>,
-    /// The node, and which of its children; [`NONE`] for the top.
+    /// The join, and which of its children; [`NONE`] for the top.
     parent: u32,
     slot: usize,
-    /// Nodes that may still lie above a leaf.
+    /// Nodes that may still lie above a part.
     levels: u32,
 }
 
-/// Builds over at least one part. The nodes are at most `levels` deep above the parts, which has to be at least the
-/// logarithm of their count: where a split would leave one side too few levels, the halves are made equal.
-pub(crate) fn build<S: Scalar, const N: usize>(
-    draft: &mut Draft<S, N>,
-    parts: &mut [Part<S, N>],
-    levels: u32,
-) -> Part<S, N> {
-    let first_node = draft.nodes.len();
-    let everything = parts.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds));
-    draft.nodes.reserve(parts.len().saturating_sub(1));
-    let mut top = parts[0];
-    let mut tasks = vec![Task { start: 0, end: parts.len(), bounds: everything, parent: NONE, slot: 0, levels }];
-    while let Some(task) = tasks.pop() {
-        let range = &mut parts[task.start..task.end];
-        let part = if let [part] = range {
-            *part
+/// Builds over at least one part. At most `levels` nodes lie above any part, which has to be at least the logarithm of
+/// their count: where a split would leave one side too few levels, the halves are made equal.
+pub(crate) fn build<S: Scalar, const N: usize>(draft: &mut Draft, parts: &mut [Part<S, N>], levels: u32) -> Child {
+    draft.joins.reserve(parts.len().saturating_sub(1));
+    let mut top = Child::EMPTY;
+    let mut tasks = vec![Task { start: 0, end: parts.len(), parent: NONE, slot: 0, levels }];
+    while let Some(Task { start, end, parent, slot, levels }) = tasks.pop() {
+        let range = &mut parts[start..end];
+        let child = if let [part] = range {
+            part.child
         } else {
-            let id = draft.nodes.len() as u32;
-            draft.nodes.push(Node::FREE);
-            let below = task.levels.saturating_sub(1);
-            let split = split(range, below);
-            for (slot, start, end, bounds) in [
-                (1, task.start + split.left, task.end, split.bounds[1]),
-                (0, task.start, task.start + split.left, split.bounds[0]),
-            ] {
-                tasks.push(Task { start, end, bounds, parent: id, slot, levels: below });
-            }
-            Part { bounds: task.bounds, child: Child::node(NodeId(id)), height: 0 }
+            let join = draft.join(Child::EMPTY, Child::EMPTY);
+            let levels = levels.saturating_sub(1);
+            let middle = start + split(range, levels);
+            tasks.push(Task { start: middle, end, parent: join.0, slot: 1, levels });
+            tasks.push(Task { start, end: middle, parent: join.0, slot: 0, levels });
+            join
         };
-        if task.parent == NONE {
-            top = part;
+        if parent == NONE {
+            top = child;
         } else {
-            let parent = &mut draft.nodes[task.parent as usize];
-            parent.child[task.slot] = part.child;
-            parent.bounds[task.slot] = part.bounds;
-            parent.height[task.slot] = part.height;
+            draft.joins[parent as usize][slot] = child;
         }
-    }
-    // Children come after their parents: from the back, every height is known when it is asked for.
-    for id in (first_node..draft.nodes.len()).rev() {
-        for slot in 0..2 {
-            if let ChildKind::Node(child) = draft.nodes[id].child[slot].kind()
-                && child.index() >= first_node
-            {
-                draft.nodes[id].height[slot] = draft.nodes[child.index()].own_height();
-            }
-        }
-    }
-    if let ChildKind::Node(id) = top.child.kind()
-        && id.index() >= first_node
-    {
-        top.height = draft.nodes[id.index()].own_height();
     }
     top
 }
 
-/// The first `left` parts go to the first child.
-struct Split<S, const N: usize> {
-    left: usize,
-    bounds: [Aabb<S, N>; 2],
-}
-
-fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32) -> Split<S, N> {
-    if let [a, b] = parts {
-        return Split { left: 1, bounds: [a.bounds, b.bounds] };
+/// Orders the parts so that those of the first child come first, and returns their count.
+fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32) -> usize {
+    if parts.len() == 2 {
+        return 1;
     }
     let centres = Centres::of(parts);
     if let Some(plane) = best_plane(parts, &centres) {
         let left = partition(parts, |part| centres.bin(part, plane.axis) < plane.bin);
         let fits = |count: usize| count.next_power_of_two().trailing_zeros() <= levels;
         if fits(left) && fits(parts.len() - left) {
-            return Split { left, bounds: plane.bounds };
+            return left;
         }
     }
     let left = parts.len() / 2;
@@ -102,8 +67,7 @@ fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32) -> Sp
             key(a).partial_cmp(&key(b)).unwrap_or(core::cmp::Ordering::Equal)
         });
     }
-    let unite = |half: &[Part<S, N>]| half.iter().fold(Aabb::EMPTY, |all, part| all.union(&part.bounds));
-    Split { left, bounds: [unite(&parts[..left]), unite(&parts[left..])] }
+    left
 }
 
 /// Where the centres lie, unbounded boxes clipped to the others.
@@ -176,14 +140,13 @@ impl<S: Scalar, const N: usize> Centres<S, N> {
 }
 
 /// Parts in bins below `bin` go to the first child.
-struct Plane<S, const N: usize> {
+struct Plane {
     axis: usize,
     bin: usize,
-    bounds: [Aabb<S, N>; 2],
 }
 
 /// The plane between bins with the least sum of surface times count; `None` if all centres are the same.
-fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres<S, N>) -> Option<Plane<S, N>> {
+fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres<S, N>) -> Option<Plane> {
     let mut bounds = [[Aabb::EMPTY; BINS]; N];
     let mut counts = [[0u32; BINS]; N];
     for part in parts {
@@ -198,22 +161,22 @@ fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres
     let mut best_cost = S::Real::INFINITY;
     let mut best = None;
     for axis in (0..N).filter(|&a| centres.extent[a] > S::Real::ZERO) {
-        // `right[bin]`: bounds, and surface times count, of this bin and those above.
-        let mut right = [(Aabb::EMPTY, S::Real::ZERO); BINS];
+        // `right[bin]`: surface times count of this bin and those above.
+        let mut right = [S::Real::ZERO; BINS];
         let (mut all, mut count) = (Aabb::EMPTY, 0);
         for bin in (1..BINS).rev() {
             all = all.union(&bounds[axis][bin]);
             count += counts[axis][bin];
-            right[bin] = (all, weight::<S, N>(&all, count));
+            right[bin] = weight::<S, N>(&all, count);
         }
         let (mut all, mut count) = (Aabb::EMPTY, 0);
         for bin in 1..BINS {
             all = all.union(&bounds[axis][bin - 1]);
             count += counts[axis][bin - 1];
-            let cost = weight::<S, N>(&all, count) + right[bin].1;
+            let cost = weight::<S, N>(&all, count) + right[bin];
             if count > 0 && count < parts.len() as u32 && cost < best_cost {
                 best_cost = cost;
-                best = Some(Plane { axis, bin, bounds: [all, right[bin].0] });
+                best = Some(Plane { axis, bin });
             }
         }
     }
@@ -244,15 +207,24 @@ mod tests {
     use super::*;
 
     fn leaf(item: u32, at: f64) -> Part<f64, 3> {
-        Part { bounds: Aabb::new([at, 0.0, 0.0], [at + 1.0, 1.0, 1.0]), child: Child::leaf(item), height: 0 }
+        Part { bounds: Aabb::new([at, 0.0, 0.0], [at + 1.0, 1.0, 1.0]), child: Child::leaf(item) }
     }
 
     #[test]
     fn two_heaps_are_split_between_them() {
         let mut parts: Vec<_> = (0..10).map(|i| leaf(i, f64::from(i % 2) * 100.0 + f64::from(i))).collect();
-        let split = split(&mut parts, 64);
-        assert_eq!(split.left, 5);
-        assert!(split.bounds[0].max[0] < split.bounds[1].min[0]);
+        let left = split(&mut parts, 64);
+        assert_eq!(left, 5);
+        assert!(parts[..left].iter().all(|part| part.bounds.max[0] < 50.0));
+    }
+
+    /// Joins on the longest way down.
+    fn height(draft: &Draft, top: Child) -> u32 {
+        if top.is_node() {
+            1 + draft.joins[top.0 as usize].map(|child| height(draft, child)).into_iter().max().unwrap_or(0)
+        } else {
+            0
+        }
     }
 
     #[test]
@@ -260,15 +232,19 @@ mod tests {
         // Every split by surface takes one part off.
         let mut parts: Vec<_> = (0..64).map(|i| leaf(i, 4f64.powi(i as i32))).collect();
         let mut draft = Draft::default();
-        assert!(build(&mut draft, &mut parts.clone(), 64).height > 20);
-        draft.nodes.clear();
-        assert!(build(&mut draft, &mut parts, 7).height <= 7);
-        assert_eq!(draft.nodes.len(), 63);
+        let top = build(&mut draft, &mut parts.clone(), 64);
+        assert!(height(&draft, top) > 20);
+        draft.joins.clear();
+        let top = build(&mut draft, &mut parts, 7);
+        assert!(height(&draft, top) <= 7);
+        assert_eq!(draft.joins.len(), 63);
     }
 
     #[test]
     fn equal_boxes_make_a_balanced_tree() {
         let mut parts: Vec<_> = (0..1024).map(|i| leaf(i, 0.0)).collect();
-        assert_eq!(build(&mut Draft::default(), &mut parts, 64).height, 10);
+        let mut draft = Draft::default();
+        let top = build(&mut draft, &mut parts, 64);
+        assert_eq!(height(&draft, top), 10);
     }
 }

@@ -4,12 +4,20 @@
 //! (Golumbic, "Combinatorial Merging", IEEE Transactions on Computers 1976). Applied to what hangs off a stretch of the
 //! deepest path it undoes the chains that degenerate input makes, writing as many nodes as the stretch is long.
 
+use crate::aabb::Aabb;
 use crate::build::draft::{Draft, Part};
 use crate::build::sah;
 use crate::edit::ascend::Rotations;
 use crate::node::{Child, ChildKind, NodeId};
 use crate::scalar::Scalar;
 use crate::tree::{Bvh, MAX_DEPTH};
+
+/// A subtree that hangs off the path.
+struct Hanging<S, const N: usize> {
+    child: Child,
+    bounds: Aabb<S, N>,
+    height: u8,
+}
 
 /// The lowest stretch that saves this many levels is taken, so that a repair lasts for some time.
 const SAVING: u8 = 4;
@@ -90,7 +98,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             let tall = tall_slot(n.height);
             for slot in [1 - tall, tall] {
                 if slot != tall || i + 1 == stretch.len() {
-                    parts.push(Part { child: n.child[slot], bounds: n.bounds[slot], height: n.height[slot] });
+                    parts.push(Hanging { child: n.child[slot], bounds: n.bounds[slot], height: n.height[slot] });
                 }
             }
         }
@@ -101,7 +109,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             self.set_child(node, 0, a.child, a.bounds, a.height);
             self.set_child(node, 1, b.child, b.bounds, b.height);
             let n = &self.arena[node];
-            parts.push(Part { child: Child::node(NodeId(node)), bounds: n.union(), height: n.own_height() });
+            parts.push(Hanging { child: Child::node(NodeId(node)), bounds: n.union(), height: n.own_height() });
         }
         self.ascend(stretch[0], Rotations::No);
     }
@@ -137,12 +145,12 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Builds the subtree of `node` anew, at most `height` nodes high, and puts it where it was.
     fn rebuild_below(&mut self, node: u32, height: u32) {
         let parent = self.arena[node].parent;
-        let mut parts = Vec::new();
-        self.release_below(node, &mut parts);
+        let mut leaves = Vec::new();
+        self.release_below(node, &mut leaves);
         let mut draft = Draft::default();
-        let top = sah::build(&mut draft, &mut parts, height);
-        let ChildKind::Node(_) = top.child.kind() else { unreachable!("a deep subtree has more than one leaf") };
-        let id = self.install(&draft.nodes, top.child.0, parent);
+        let top = sah::build(&mut draft, &mut Part::leaves(&leaves), height);
+        let ChildKind::Node(top) = top.kind() else { unreachable!("a deep subtree has more than one leaf") };
+        let id = self.raise(&draft, top.0, parent, &leaves);
         if parent == crate::node::NONE {
             self.root = id;
             return;
@@ -155,16 +163,14 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     }
 
     /// Frees the nodes of a subtree and collects its leaves.
-    pub(crate) fn release_below(&mut self, node: u32, leaves: &mut Vec<Part<S, N>>) {
+    pub(crate) fn release_below(&mut self, node: u32, leaves: &mut Vec<(u32, Aabb<S, N>)>) {
         let mut stack = vec![node];
         while let Some(id) = stack.pop() {
             let n = self.arena[id];
             for slot in [1, 0] {
                 match n.child[slot].kind() {
                     ChildKind::Node(child) => stack.push(child.0),
-                    ChildKind::Leaf(_) => {
-                        leaves.push(Part { child: n.child[slot], bounds: n.bounds[slot], height: 0 });
-                    }
+                    ChildKind::Leaf(item) => leaves.push((item, n.bounds[slot])),
                     ChildKind::Empty => {}
                 }
             }

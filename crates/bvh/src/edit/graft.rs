@@ -78,10 +78,8 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         };
         let mut leaves = Vec::new();
         self.release_below(node.0, &mut leaves);
-        for leaf in &leaves {
-            if let ChildKind::Leaf(item) = leaf.child.kind() {
-                self.places[item as usize] = ABSENT;
-            }
+        for &(item, _) in &leaves {
+            self.places[item as usize] = ABSENT;
         }
         self.len -= leaves.len();
         if start != NONE {
@@ -94,13 +92,12 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// which has room for them. Returns the copy of the root; it is linked to `parent`, but `parent` not to it.
     pub(crate) fn install(&mut self, nodes: &[Node<S, N>], root: u32, parent: u32) -> u32 {
         let mut top = NONE;
-        // One entry a level, and the one in hand; builders may exceed the bound, which is then repaired.
         let mut stack = Vec::with_capacity(MAX_DEPTH as usize + 1);
         stack.push((root, parent, 0));
         while let Some((from, parent, slot)) = stack.pop() {
-            let mut node = nodes[from as usize];
-            node.parent = parent;
-            let id = self.arena.alloc(node);
+            let node = &nodes[from as usize];
+            let id = self.arena.alloc(parent);
+            *self.arena.links(id) = Node { parent, ..*node };
             if top == NONE {
                 top = id;
             } else {

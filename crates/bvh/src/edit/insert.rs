@@ -8,7 +8,7 @@
 use crate::aabb::Aabb;
 use crate::edit::ascend::Rotations;
 use crate::error::BvhError;
-use crate::node::{Child, NONE, Node, NodeId};
+use crate::node::{Child, NONE, NodeId};
 use crate::scalar::{Real, Scalar};
 use crate::tree::{Bvh, MAX_DEPTH};
 
@@ -72,7 +72,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 self.root = child.0;
                 self.arena.links(child.0).parent = NONE;
             } else {
-                self.root = self.arena.alloc(Node { parent: NONE, ..Node::FREE });
+                self.root = self.arena.alloc(NONE);
                 self.set_child(self.root, 0, child, bounds, height);
             }
             return;
@@ -86,14 +86,14 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         self.attach(child, bounds, height, site);
     }
 
-    /// The best place for a box in the subtree of `start`; [`Site::Root`] only if `start` is the root.
+    /// The best place for a box, looked for from the subtree of `start` outwards. If `start` is not the root, then all nodes
+    /// above it hold the box, and do not grow.
     pub(crate) fn best_site(&mut self, start: u32, bounds: &Aabb<S, N>) -> Site {
         let area = bounds.half_area();
         let centre = bounds.centre2();
         let part = S::Real::from_f64(f64::from(100 - self.search.least_gain_percent.min(100)) / 100.0);
         let own = self.arena[start].union();
         let union = own.union_half_area(bounds);
-        // The growth of what lies above `start` is the same for all places and left out.
         let mut best = if start == self.root { union } else { S::Real::INFINITY };
         let mut site = Site::Root;
         // Depth first: at most one node waits for every one above, and one is in hand.
@@ -101,7 +101,29 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         stack[0] = Open { node: start, inherited: union - own.half_area() };
         let mut open = 1;
         let mut visits = 0;
-        while open > 0 && visits < self.search.visits {
+        let mut pivot = start;
+        while visits < self.search.visits {
+            if open == 0 {
+                // One level up: beside the other child of the node above, and below it.
+                let above = self.arena[pivot].parent;
+                if above == NONE {
+                    break;
+                }
+                visits += 1;
+                let n = &self.arena[above];
+                let other = 1 - n.slot_of(Child::node(NodeId(pivot)));
+                pivot = above;
+                let union = n.bounds[other].union_half_area(bounds);
+                if union < best {
+                    (best, site) = (union, Site::Beside(above, other));
+                }
+                let inherited = union - n.bounds[other].half_area();
+                if n.child[other].is_node() && inherited + area < best * part {
+                    stack[0] = Open { node: n.child[other].0, inherited };
+                    open = 1;
+                }
+                continue;
+            }
             open -= 1;
             let Open { node, inherited } = stack[open];
             // The first node is always looked at, since only the root is a place itself.
@@ -110,6 +132,8 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             }
             visits += 1;
             let n = &self.arena[node];
+            self.arena.prefetch(n.child[0]);
+            self.arena.prefetch(n.child[1]);
             let mut below = [S::Real::INFINITY; 2];
             for slot in 0..2 {
                 let union = n.bounds[slot].union_half_area(bounds);
@@ -151,15 +175,9 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 (node, n.child[slot], n.bounds[slot], n.height[slot])
             }
         };
-        let joint = self.arena.alloc(Node {
-            bounds: [beside_bounds, bounds],
-            child: [beside, child],
-            parent,
-            height: [beside_height, height],
-        });
-        self.counters.written += 2;
-        self.set_link(beside, joint, 0);
-        self.set_link(child, joint, 1);
+        let joint = self.arena.alloc(parent);
+        self.set_child(joint, 0, beside, beside_bounds, beside_height);
+        self.set_child(joint, 1, child, bounds, height);
         match site {
             Site::Root => self.root = joint,
             // The walk up that follows sets the bounds and the height.

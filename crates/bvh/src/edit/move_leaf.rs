@@ -21,8 +21,8 @@ pub enum Moved {
 impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Gives an item another box. Reads and writes O(depth) nodes.
     ///
-    /// If the pair that the leaf is in would not grow, the leaf stays. Otherwise it goes to the best place below the
-    /// lowest node above it that holds the new box; however many small moves add up, the tree follows.
+    /// If the pair that the leaf is in would not grow, the leaf stays. Otherwise it goes to the best place, which is looked
+    /// for outwards from the lowest node above it that holds the new box; however many small moves add up, the tree follows.
     ///
     /// # Errors
     /// [`BvhError::BadBounds`], [`BvhError::UnknownItem`]; the tree is then unchanged.

@@ -25,7 +25,8 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             }
         }
         if self.parents_first && boxes.len() >= self.len / SWEEP_FROM {
-            for &(item, bounds) in boxes {
+            for (i, &(item, bounds)) in boxes.iter().enumerate() {
+                self.prefetch_ahead(boxes, i);
                 self.set_leaf_bounds(item, bounds);
             }
             self.sweep();
@@ -33,6 +34,14 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             self.refit_paths(boxes);
         }
         Ok(())
+    }
+
+    /// Asks for the node that holds a leaf further on.
+    #[inline(always)]
+    fn prefetch_ahead(&self, boxes: &[(u32, Aabb<S, N>)], i: usize) {
+        if let Some((item, _)) = boxes.get(i + 16) {
+            self.arena.prefetch(Child(self.places[*item as usize] >> 1));
+        }
     }
 
     /// The node whose child changed, or `None` if the item has this box already.
@@ -69,7 +78,8 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     fn refit_paths(&mut self, boxes: &[(u32, Aabb<S, N>)]) {
         let mut waiting: Vec<Vec<u32>> = Vec::new();
         let mut queued = vec![0u64; if boxes.len() > 64 { self.arena.nodes().len().div_ceil(64) } else { 0 }];
-        for &(item, bounds) in boxes {
+        for (i, &(item, bounds)) in boxes.iter().enumerate() {
+            self.prefetch_ahead(boxes, i);
             if let Some(node) = self.set_leaf_bounds(item, bounds) {
                 let height = usize::from(self.arena[node].own_height());
                 enqueue(&mut waiting, &mut queued, height, node);

@@ -28,17 +28,17 @@ impl<R: Real, const N: usize> Ray<R, N> {
     /// are closed. Rounding may let a ray hit a box that it just misses, never the other way round.
     #[inline(always)]
     pub fn enter<S: Scalar<Real = R>>(&self, bounds: &Aabb<S, N>, t_max: R) -> R {
-        let (mut near, mut far) = (self.t_min, t_max);
+        let (mut near, mut far) = (self.t_min, R::INFINITY);
         for a in 0..N {
             let (min, max) = (bounds.min[a].to_real(), bounds.max[a].to_real());
             let backwards = self.inverse[a] < R::ZERO;
             let (first, second) = if backwards { (max, min) } else { (min, max) };
             let t_first = (first - self.origin[a]) * self.inverse[a];
-            let t_second = (second - self.origin[a]) * self.inverse[a] * R::FAR_ROUNDING;
+            let t_second = (second - self.origin[a]) * self.inverse[a];
             near = if t_first > near { t_first } else { near };
             far = if t_second < far { t_second } else { far };
         }
-        if near <= far { near } else { R::INFINITY }
+        if near <= far * R::FAR_ROUNDING && near <= t_max { near } else { R::INFINITY }
     }
 }
 
@@ -83,6 +83,8 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         loop {
             visited += 1;
             let n = &self.arena[node];
+            self.arena.prefetch(n.child[0]);
+            self.arena.prefetch(n.child[1]);
             let t = [ray.enter(&n.bounds[0], t_max), ray.enter(&n.bounds[1], t_max)];
             let near = usize::from(t[1] < t[0]);
             let mut next = NONE;
