@@ -2,48 +2,47 @@
 //!
 //! `cargo run --release -p orthant-bvh --features measure --example bvh_twin -- [ITEMS] [EDITS] [RUNS]`
 
-use std::collections::BTreeMap;
-
-use orthant_bvh::measure::{Measurement, Plan, measure_ours, measure_peer};
+use orthant_bvh::measure::{Measurement, Plan, measure, measure_with_peer};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<usize>());
     let mut next = |default| arguments.next().unwrap_or(Ok(default));
     let plan = Plan { n: next(1_000_000)?, edits: next(100_000)?, runs: next(5)?, rays: 100_000 };
 
-    let peer = measure_peer(plan);
-    let by_name: BTreeMap<_, _> = peer.iter().map(|m| (m.name.trim_start_matches("obvhs_"), m)).collect();
     println!(
-        "{:<20} {:>3} {:>10} {:>12} {:>9} {:>7} {:>12} {:>8}",
-        "name", "dim", "median ms", "items/s", "SAH", "visits", "obvhs ms", "ours is"
+        "{:<18} {:>3} {:>10} {:>9} {:>11} {:>8} {:>7} {:>10} {:>9} {:>9} {:>8}",
+        "name", "dim", "median ms", "min ms", "items/s", "SAH", "visits", "obvhs ms", "min ms", "SAH", "obvhs/us"
     );
-    let ours = measure_ours::<3>(plan)?;
-    for m in &ours {
-        row(m, by_name.get(m.name.as_str()).copied());
+    let both = measure_with_peer(plan);
+    for m in both.iter().filter(|m| !m.name.starts_with("obvhs_")) {
+        row(m, both.iter().find(|peer| peer.name.strip_prefix("obvhs_") == Some(&m.name)));
     }
-    println!("{:<20} {:>56} {:>12}", "", "", "");
-    for m in &peer {
-        row(m, None);
-    }
-    for m in &measure_ours::<4>(plan)? {
+    for m in &measure::<4>(plan) {
         row(m, None);
     }
     Ok(())
 }
 
 fn row(m: &Measurement, twin: Option<&Measurement>) {
-    let or_dash = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
-    let twin_s = twin.map(|t| t.median_s() * m.items as f64 / t.items as f64);
-    let ratio = twin_s.map_or("-".to_owned(), |s| format!("{:.2} x", s / m.median_s()));
-    println!(
-        "{:<20} {:>3} {:>10.2} {:>12.0} {:>9} {:>7} {:>12} {:>8}",
+    let visits = m.visits.map_or("-".to_owned(), |visits| format!("{visits:.1}"));
+    print!(
+        "{:<18} {:>3} {:>10.2} {:>9.2} {:>11.0} {:>8.2} {:>7}",
         m.name,
         m.dim,
         m.median_s() * 1e3,
+        m.min_s() * 1e3,
         m.items_per_s(),
-        or_dash(m.sah, 2),
-        or_dash(m.visits, 1),
-        or_dash(twin_s.map(|s| s * 1e3), 2),
-        ratio
+        m.sah,
+        visits
     );
+    match twin {
+        Some(t) => println!(
+            " {:>10.2} {:>9.2} {:>9.2} {:>7.2}x",
+            t.median_s() * 1e3,
+            t.min_s() * 1e3,
+            t.sah,
+            t.median_s() / m.median_s()
+        ),
+        None => println!(),
+    }
 }

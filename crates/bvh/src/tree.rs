@@ -145,6 +145,12 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         })
     }
 
+    /// Makes room for this many more items.
+    pub fn reserve(&mut self, additional: usize) {
+        self.arena.reserve(additional);
+        self.places.reserve(additional);
+    }
+
     /// Removes every item. Capacity stays; every node is free.
     pub fn clear(&mut self) {
         self.arena.clear();

@@ -4,10 +4,9 @@ mod ours;
 mod peer;
 pub mod workload;
 
-pub use ours::measure as measure_ours;
-pub use peer::measure as measure_peer;
-
 use std::time::Instant;
+
+use workload::Load;
 
 /// Measures the calling thread's time on a processor where the system tells it, else the time that passes: on a machine
 /// that others use too, the first is what can be compared.
@@ -50,22 +49,23 @@ pub struct Measurement {
     pub items: usize,
     /// Seconds of each run.
     pub seconds: Vec<f64>,
-    /// The surface area heuristic of the tree afterwards, where it changed.
-    pub sah: Option<f64>,
+    /// The surface area heuristic of the tree afterwards.
+    pub sah: f64,
     /// Nodes read by a query on average, where that is known.
     pub visits: Option<f64>,
 }
 
 impl Measurement {
-    fn new(name: &str, dim: usize, n: usize, items: usize, seconds: Vec<f64>) -> Self {
-        Self { name: name.to_owned(), dim, n, items, seconds, sah: None, visits: None }
-    }
-
     /// The median of the runs, in seconds.
     pub fn median_s(&self) -> f64 {
         let mut sorted = self.seconds.clone();
         sorted.sort_by(f64::total_cmp);
         sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The fastest run, in seconds.
+    pub fn min_s(&self) -> f64 {
+        self.seconds.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     /// Items handled per second in the median run.
@@ -87,17 +87,68 @@ pub struct Plan {
     pub runs: usize,
 }
 
-/// Times `work` on a fresh `state` for every run; making the state, and dropping it, is not timed. Returns the last state.
-fn time<T>(runs: usize, mut state: impl FnMut() -> T, mut work: impl FnMut(&mut T)) -> (Vec<f64>, T) {
-    let mut seconds = Vec::with_capacity(runs);
-    let mut last = None;
-    for _ in 0..runs.max(1) {
-        drop(last.take());
-        let mut fresh = state();
-        let start = Stopwatch::start();
-        work(&mut fresh);
-        seconds.push(start.seconds());
-        last = Some(fresh);
+/// What one run of an operation gave.
+struct Outcome {
+    seconds: f64,
+    sah: f64,
+    visits: Option<f64>,
+}
+
+/// An operation that can be run again and again on the same state.
+struct Operation<'a> {
+    name: &'static str,
+    items: usize,
+    run: Box<dyn FnMut() -> Outcome + 'a>,
+}
+
+/// Measures every operation of this crate on random boxes in `N` dimensions.
+pub fn measure<const N: usize>(plan: Plan) -> Vec<Measurement> {
+    let load = Load::<N>::new(plan);
+    let trees = ours::Trees::new(&load);
+    run(N, plan, ours::operations(&load, &trees), Vec::new())
+}
+
+/// Measures every operation in 3D, and the peer's counterpart with each: a run of ours, a run of the peer's, and so on.
+pub fn measure_with_peer(plan: Plan) -> Vec<Measurement> {
+    let load = Load::<3>::new(plan);
+    let trees = ours::Trees::new(&load);
+    let peer_load = peer::PeerLoad::new(&load);
+    let peer_trees = peer::Trees::new(&load, &peer_load);
+    run(3, plan, ours::operations(&load, &trees), peer::operations(&load, &peer_load, &peer_trees))
+}
+
+fn run(dim: usize, plan: Plan, ours: Vec<Operation<'_>>, mut peers: Vec<Operation<'_>>) -> Vec<Measurement> {
+    let mut all = Vec::new();
+    for mut operation in ours {
+        let mut twin = peers.iter_mut().find(|peer| peer.name.strip_prefix("obvhs_") == Some(operation.name));
+        let (mut own, mut others) = (Vec::new(), Vec::new());
+        for _ in 0..plan.runs.max(1) {
+            own.push((operation.run)());
+            if let Some(twin) = &mut twin {
+                others.push((twin.run)());
+            }
+        }
+        for (operation, outcomes) in [(Some(&operation), own), (twin.as_deref(), others)] {
+            if let (Some(operation), Some(last)) = (operation, outcomes.last()) {
+                all.push(Measurement {
+                    name: operation.name.to_owned(),
+                    dim,
+                    n: plan.n,
+                    items: operation.items,
+                    sah: last.sah,
+                    visits: last.visits,
+                    seconds: outcomes.iter().map(|outcome| outcome.seconds).collect(),
+                });
+            }
+        }
     }
-    (seconds, last.unwrap_or_else(state))
+    all
+}
+
+/// Times `work` on a fresh state; making the state and looking at it afterwards is not timed.
+fn time<T>(mut state: T, work: impl FnOnce(&mut T), sah: impl FnOnce(&T) -> f64) -> Outcome {
+    let watch = Stopwatch::start();
+    work(&mut state);
+    let seconds = watch.seconds();
+    Outcome { seconds, sah: sah(&state), visits: None }
 }

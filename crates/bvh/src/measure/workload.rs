@@ -1,6 +1,49 @@
 //! Reproducible boxes, edits and rays.
 
+use super::Plan;
 use crate::aabb::Aabb;
+
+/// Everything that the operations are measured with, in `N` dimensions.
+#[derive(Clone, Debug)]
+pub struct Load<const N: usize> {
+    /// How much there is.
+    pub plan: Plan,
+    /// The boxes of the items 0, 1, ....
+    pub boxes: Vec<Aabb<f32, N>>,
+    /// Boxes anywhere: inserted, or moved to.
+    pub new: Vec<Aabb<f32, N>>,
+    /// As many items, none twice, with their box moved a little.
+    pub near: Vec<(u32, Aabb<f32, N>)>,
+    /// Every item, with its box moved a little.
+    pub every: Vec<(u32, Aabb<f32, N>)>,
+    /// Random edits.
+    pub edits: Vec<RandomEdit<N>>,
+    /// The boxes after these.
+    pub edited: Vec<Aabb<f32, N>>,
+    /// Rays: origin and direction.
+    pub rays: Vec<([f32; N], [f32; N])>,
+}
+
+impl<const N: usize> Load<N> {
+    /// The same for the same plan.
+    pub fn new(plan: Plan) -> Self {
+        let mut random = Random(1);
+        let edge = edge::<N>(plan.n);
+        let boxes: Vec<_> = (0..plan.n).map(|_| random_box(&mut random, edge)).collect();
+        let mut shuffled: Vec<u32> = (0..plan.n as u32).collect();
+        for i in 1..shuffled.len() {
+            shuffled.swap(i, random.below(i + 1));
+        }
+        shuffled.truncate(plan.edits);
+        let near = shuffled.iter().map(|&item| (item, nudged(&mut random, &boxes[item as usize]))).collect();
+        let every = (0..).zip(&boxes).map(|(item, bounds)| (item, nudged(&mut random, bounds))).collect();
+        let new = (0..plan.edits).map(|_| random_box(&mut random, edge)).collect();
+        let rays = random_rays(plan.rays, edge, &mut random);
+        let mut edited = boxes.clone();
+        let edits = random_edits(&mut edited, plan.edits, &mut random);
+        Self { plan, boxes, new, near, every, edits, edited, rays }
+    }
+}
 
 /// SplitMix64: Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014.
 #[derive(Clone, Debug)]
