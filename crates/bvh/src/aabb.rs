@@ -28,7 +28,11 @@ impl<S: Scalar, const N: usize> Aabb<S, N> {
     /// The first axis on which this is no box: `min > max`, a NaN, or an end at the wrong infinity.
     #[inline]
     pub fn bad_axis(&self) -> Option<usize> {
-        if (0..N).all(|a| axis_is_good(self.min[a], self.max[a])) {
+        let mut good = true;
+        for a in 0..N {
+            good &= axis_is_good(self.min[a], self.max[a]);
+        }
+        if good {
             return None;
         }
         (0..N).find(|&a| !axis_is_good(self.min[a], self.max[a]))
@@ -148,7 +152,7 @@ impl<S: Scalar, const N: usize> Aabb<S, N> {
 #[inline(always)]
 fn axis_is_good<S: Scalar>(min: S, max: S) -> bool {
     let float_infinity = S::extent(S::LOWEST, S::HIGHEST) >= S::Real::EXTENT_CAP;
-    min <= max && !(float_infinity && (min == S::HIGHEST || max == S::LOWEST))
+    (min <= max) & !(float_infinity & ((min == S::HIGHEST) | (max == S::LOWEST)))
 }
 
 /// The elementary symmetric polynomial of degree N - 1: `sum` holds the products that miss one extent, `product` all.

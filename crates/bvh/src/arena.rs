@@ -118,6 +118,22 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
         &mut self.nodes[id as usize]
     }
 
+    /// Enters every node into the next batch; no slot is free.
+    pub(crate) fn write_all(&mut self) {
+        debug_assert!(self.free.is_empty());
+        let count = self.nodes.len() as u32;
+        if !self.log.is_empty() {
+            return (0..count).for_each(|id| self.note(id, 0));
+        }
+        self.log.extend(0..count);
+        self.logged.fill(u64::MAX);
+        if let Some(last) = self.logged.last_mut()
+            && !count.is_multiple_of(64)
+        {
+            *last = (1 << (count % 64)) - 1;
+        }
+    }
+
     #[inline(always)]
     fn note(&mut self, id: u32, flag: u32) {
         let (word, bit) = (id as usize / 64, 1u64 << (id % 64));
@@ -182,6 +198,17 @@ mod tests {
         arena.drain(0, &mut writes);
         assert_eq!(writes.written, [NodeId(1)]);
         assert!(writes.freed.is_empty());
+    }
+
+    #[test]
+    fn writing_all_leaves_room_in_the_log_for_nodes_to_come() {
+        let mut arena = arena_with(70);
+        arena.write_all();
+        arena.write(69);
+        assert_eq!(arena.alloc(NONE), 70);
+        let mut writes = NodeWrites::default();
+        arena.drain(0, &mut writes);
+        assert_eq!(writes.written, (0..71).map(NodeId).collect::<Vec<_>>());
     }
 
     #[test]

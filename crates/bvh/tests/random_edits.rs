@@ -247,3 +247,16 @@ random_edits! {
     random_edits_agree_with_brute_force_in_4d_i64: i64, 4;
     random_edits_agree_with_brute_force_in_2d_f32: f32, 2;
 }
+
+#[test]
+fn a_refit_of_all_leaves_of_a_fresh_tree_is_followed_by_the_replica() {
+    let mut run = Run::<i32, 4>::new();
+    let shapes: Vec<_> = (0..500).map(|i| Shape::Box([i % 7, i % 11, i % 13, i % 3], [1; 4])).collect();
+    run.step(&Op::Graft(shapes, 2), 1);
+    run.step(&Op::Rebuild(1), 2);
+    for shift in 1..4 {
+        let changes = (0..500).map(|i| (i, Shape::Box([i as i32 % 5, shift, -(i as i32 % 9), 0], [2; 4]))).collect();
+        run.step(&Op::Refit(changes), 3 * shift);
+    }
+    run.step(&Op::Insert(Shape::Outlier(3)), 4);
+}

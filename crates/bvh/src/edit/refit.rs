@@ -6,14 +6,14 @@ use crate::node::{Child, ChildKind, NONE, NodeId};
 use crate::scalar::Scalar;
 use crate::tree::Bvh;
 
-/// From one in this many leaves on, a sweep over the whole arena is cheaper than following parents.
-const SWEEP_FROM: usize = 8;
+/// How far ahead memory is asked for.
+const AHEAD: usize = 16;
 
 impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Gives items other boxes; leaves stay where they are. Nodes above are mended bottom up, each once, and rotated where
-    /// that makes them smaller. Reads and writes the nodes above the given leaves and no others, unless most leaves change
-    /// at once in a tree that was not edited since it was built: then one sweep over the arena mends all, and rotations are
-    /// left to [`Self::optimize`]. Of two boxes for one item the later holds.
+    /// that makes them smaller. Reads and writes the nodes above the given leaves and no others, unless half of all leaves
+    /// or more are given at once and the tree was not edited since it was built: then one sweep over the arena mends all
+    /// nodes, all count as written, and rotations are left to [`Self::optimize`]. Of two boxes for one item the later holds.
     ///
     /// # Errors
     /// [`BvhError::BadBounds`], [`BvhError::UnknownItem`]; the tree is then unchanged.
@@ -24,23 +24,52 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 return Err(BvhError::UnknownItem { item: *item });
             }
         }
-        if self.parents_first && boxes.len() >= self.len / SWEEP_FROM {
-            for (i, &(item, bounds)) in boxes.iter().enumerate() {
-                self.prefetch_ahead(boxes, i);
-                self.set_leaf_bounds(item, bounds);
-            }
-            self.sweep();
+        if self.parents_first && self.len > 1 && boxes.len() >= self.len / 2 {
+            self.sweep(boxes);
         } else {
             self.refit_paths(boxes);
         }
         Ok(())
     }
 
+    /// Children come after their parents, so from the back every child is mended before its parent reads it.
+    fn sweep(&mut self, boxes: &[(u32, Aabb<S, N>)]) {
+        self.arena.write_all();
+        for (i, &(item, bounds)) in boxes.iter().enumerate() {
+            self.prefetch_ahead(boxes, i);
+            if let Some((node, slot)) = self.place(item) {
+                self.arena.links(node).bounds[slot] = bounds;
+            }
+        }
+        let count = self.arena.nodes().len() as u32;
+        for node in (0..count).rev() {
+            for slot in 0..2 {
+                if let ChildKind::Node(child) = self.arena[node].child[slot].kind() {
+                    let union = self.arena[child.0].union();
+                    self.arena.links(node).bounds[slot] = union;
+                }
+            }
+        }
+        self.counters.visited += u64::from(count);
+        self.counters.written += 2 * u64::from(count);
+    }
+
     /// Asks for the node that holds a leaf further on.
     #[inline(always)]
     fn prefetch_ahead(&self, boxes: &[(u32, Aabb<S, N>)], i: usize) {
-        if let Some((item, _)) = boxes.get(i + 16) {
+        if let Some((item, _)) = boxes.get(i + AHEAD) {
             self.arena.prefetch(Child(self.places[*item as usize] >> 1));
+        }
+    }
+
+    /// Asks for a node further on, and, half as far on, for what is above that.
+    #[inline(always)]
+    fn prefetch_list_ahead(&self, list: &[u32], i: usize) {
+        if let Some(&node) = list.get(i + AHEAD) {
+            self.arena.prefetch(Child(node));
+        }
+        if let Some(&node) = list.get(i + AHEAD / 2) {
+            self.arena.prefetch(Child(self.arena[node].parent));
         }
     }
 
@@ -53,24 +82,6 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         self.arena.write(node).bounds[slot] = bounds;
         self.counters.written += 1;
         Some(node)
-    }
-
-    /// Children come after their parents, so from the back every child is mended before its parent reads it.
-    fn sweep(&mut self) {
-        let count = self.arena.nodes().len() as u32;
-        self.counters.visited += u64::from(count);
-        for node in (0..count).rev() {
-            for slot in 0..2 {
-                let n = &self.arena[node];
-                if let ChildKind::Node(child) = n.child[slot].kind() {
-                    let union = self.arena[child.0].union();
-                    if n.bounds[slot] != union {
-                        self.arena.write(node).bounds[slot] = union;
-                        self.counters.written += 1;
-                    }
-                }
-            }
-        }
     }
 
     /// Nodes wait in one list per height, and lower lists are done first. Where rotations lifted a child above its parent's
@@ -88,7 +99,9 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         let mut height = 0;
         while height < waiting.len() {
             // A list does not grow while it is worked on: parents go to higher ones.
-            for node in core::mem::take(&mut waiting[height]) {
+            let list = core::mem::take(&mut waiting[height]);
+            for (i, &node) in list.iter().enumerate() {
+                self.prefetch_list_ahead(&list, i);
                 if let Some(word) = queued.get_mut(node as usize / 64) {
                     *word &= !(1u64 << (node % 64));
                 }

@@ -49,6 +49,9 @@ impl<const N: usize> Trees<N> {
     }
 }
 
+/// What is timed on a fresh tree.
+type Work<'a, const N: usize> = Box<dyn Fn(&mut Bvh<f32, N>) + 'a>;
+
 pub(super) fn operations<'a, const N: usize>(load: &'a Load<N>, trees: &'a Trees<N>) -> Vec<Operation<'a>> {
     let mut all = Vec::new();
     for (name, builder) in [
@@ -61,7 +64,7 @@ pub(super) fn operations<'a, const N: usize>(load: &'a Load<N>, trees: &'a Trees
             move || time(Bvh::new(), |tree| *tree = Bvh::build(&load.boxes, builder).expect(GOOD), Bvh::sah_cost);
         all.push(Operation { name, items: load.boxes.len(), run: Box::new(build) });
     }
-    let mut edit = |name, items, work: Box<dyn Fn(&mut Bvh<f32, N>) + 'a>| {
+    let mut edit = |name, items, work: Work<'a, N>| {
         let run = Box::new(move || time(trees.start(load), |tree| work(tree), Bvh::sah_cost));
         all.push(Operation { name, items, run });
     };
@@ -96,7 +99,7 @@ pub(super) fn operations<'a, const N: usize>(load: &'a Load<N>, trees: &'a Trees
     edit("refit_some", load.near.len(), Box::new(|tree| tree.refit(&load.near).expect(GOOD)));
     edit("refit", load.every.len(), Box::new(|tree| tree.refit(&load.every).expect(GOOD)));
     let budget = load.plan.n / 50;
-    edit("optimize", budget, Box::new(move |tree| drop(tree.optimize(budget))));
+    edit("optimize", budget, Box::new(move |tree| assert!(tree.optimize(budget).searched <= budget)));
 
     for (name, tree) in [
         ("query_fresh", &trees.fresh),
