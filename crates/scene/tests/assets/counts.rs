@@ -124,8 +124,8 @@ fn the_scene_has_as_many_objects_of_each_kind_as_the_json() {
     }
 }
 
-/// What compressed primitives add: a buffer, a view for each accessor of each compressed view, of which one takes the
-/// place of the compressed one, and a twin for each further use of an accessor that several compressed views map.
+/// What compressed primitives add: a buffer, a view for each attribute of each compressed view, of which one takes the
+/// place of the compressed one, and a twin for each further attribute that an accessor stands for.
 #[derive(Default)]
 struct Decoded {
     accessors: usize,
@@ -140,12 +140,13 @@ impl Decoded {
         for primitive in meshes.flat_map(|m| m["primitives"].as_array().into_iter().flatten()) {
             let Some(draco) = primitive["extensions"].get("KHR_draco_mesh_compression") else { continue };
             let view = draco["bufferView"].as_u64();
-            outputs.insert((view, primitive["indices"].as_u64()));
+            outputs.insert((view, None, primitive["indices"].as_u64()));
             let mapped = draco["attributes"].as_object().into_iter().flatten();
-            outputs.extend(mapped.map(|(semantic, _)| (view, primitive["attributes"][semantic].as_u64())));
+            outputs
+                .extend(mapped.map(|(semantic, id)| (view, id.as_u64(), primitive["attributes"][semantic].as_u64())));
         }
-        let views: BTreeSet<_> = outputs.iter().map(|(view, _)| view).collect();
-        let accessors: BTreeSet<_> = outputs.iter().map(|(_, accessor)| accessor).collect();
+        let views: BTreeSet<_> = outputs.iter().map(|(view, _, _)| view).collect();
+        let accessors: BTreeSet<_> = outputs.iter().map(|(_, _, accessor)| accessor).collect();
         Self {
             accessors: outputs.len() - accessors.len(),
             views: outputs.len() - views.len(),
