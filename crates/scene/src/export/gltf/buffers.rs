@@ -48,6 +48,11 @@ impl Packed {
                 packed.push(bytes);
             }
         }
+        // Views of no bytes refer to a buffer as well, and a buffer has a byte at least.
+        if packed.length == 0 && scene.buffer_views.ids().any(|id| !left_out.contains(&id)) {
+            packed.pieces.push(Piece::Zeros(1));
+            packed.length = 1;
+        }
         packed
     }
 

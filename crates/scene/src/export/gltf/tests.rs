@@ -419,3 +419,13 @@ fn a_failed_export_leaves_the_old_document() {
     export_path(&bad, &path, &ExportOptions::default()).unwrap_err();
     assert_eq!(files_of(folder.path()), old);
 }
+
+#[test]
+fn views_of_no_bytes_keep_a_buffer() {
+    let document = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":"data:,%00"}],
+        "bufferViews":[{"buffer":0,"byteLength":0}]}"#;
+    let scene = import_slice(document, None, "a.gltf", &ImportOptions::default()).unwrap().scene;
+    let glb = to_glb(&scene, &ExportOptions::default()).unwrap().document;
+    let again = import_slice(glb, None, "b.glb", &ImportOptions::default()).unwrap().scene;
+    scene.same_document(&again).unwrap();
+}
