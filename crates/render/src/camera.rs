@@ -46,8 +46,9 @@ impl View {
         Self { eye, axes, projection, lens_radius: 0.0, focus_distance, near: 0.0, far: f64::INFINITY }
     }
 
-    /// A camera of the document, at the first node that the scene shows with it; `None` where none does.
-    pub fn of_camera(scene: &Scene, derived: &DerivedScene, id: CameraId) -> Option<Self> {
+    /// A camera of the document, at the first node that the scene shows with it, for a picture of an aspect (width over
+    /// height; what is seen of a CRTS camera depends on it); `None` where no node shows it.
+    pub fn of_camera(scene: &Scene, derived: &DerivedScene, id: CameraId, aspect: f64) -> Option<Self> {
         let camera = scene.cameras().get(id)?;
         let node = derived.hierarchy.nodes.iter().find(|n| scene.nodes()[n.node].camera == Some(id))?;
         let DAffine3 { matrix3, translation } = node.world;
@@ -57,7 +58,7 @@ impl View {
         let axes = DMat3::from_cols(right, backward.cross(right), backward);
         let (projection, near, far) = match camera.projection {
             CameraProjection::Perspective { yfov, znear, zfar, .. } => {
-                let tan_half_fov_y = (yfov * 0.5).tan() as f32;
+                let tan_half_fov_y = (camera.vertical_fov(aspect).unwrap_or(yfov) * 0.5).tan() as f32;
                 (Projection::Perspective { tan_half_fov_y }, znear, zfar.unwrap_or(f64::INFINITY))
             }
             CameraProjection::Orthographic { ymag, znear, zfar, .. } => {
@@ -69,9 +70,9 @@ impl View {
         Some(Self { near, far, ..Self::pinhole(translation, axes, projection, focus_distance) })
     }
 
-    /// The first camera of the document that the scene shows.
-    pub fn first_camera(scene: &Scene, derived: &DerivedScene) -> Option<Self> {
-        scene.cameras().ids().find_map(|id| Self::of_camera(scene, derived, id))
+    /// The first camera of the document that the scene shows; `aspect` as for [`Self::of_camera`].
+    pub fn first_camera(scene: &Scene, derived: &DerivedScene, aspect: f64) -> Option<Self> {
+        scene.cameras().ids().find_map(|id| Self::of_camera(scene, derived, id, aspect))
     }
 
     /// Sees a whole box from the front, a little from the right and above (a glTF model faces +Z). `aspect` is width

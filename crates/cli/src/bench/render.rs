@@ -25,7 +25,8 @@ pub fn run(file: &Path, settings: Settings) -> Result<Vec<Measured>, Failure> {
     backend.apply(batch).map_err(internal)?;
     let (scene, derived) = (&loaded.scene, &loaded.derived);
     let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
-    let view = View::first_camera(scene, derived).or_else(|| derived.bounds().map(|b| View::framing(b, aspect)));
+    let view =
+        View::first_camera(scene, derived, aspect).or_else(|| derived.bounds().map(|b| View::framing(b, aspect)));
     let Some(view) = view else { return Err(Failure::bad_input(file, "the scene shows nothing")) };
     let frame = Frame {
         camera: view.to_camera(derived.origin),

@@ -14,21 +14,22 @@ use orthant_scene::model::CameraId;
 /// A camera that the file does not have or the scene does not show, or an eye that is its target (usage).
 pub fn select(loaded: &Loaded, args: &RenderArgs) -> Result<View, Failure> {
     let Loaded { scene, derived, path, .. } = loaded;
+    let aspect = f64::from(args.size.width) / f64::from(args.size.height);
     let mut view = if let (Some(eye), Some(target)) = (args.eye, args.target) {
         let [eye, target, up] = [eye, target, args.up].map(|v| DVec3::from_array(v.0));
         View::look_at(eye, target, up, f64::from(args.fov).to_radians())
             .ok_or_else(|| Failure::usage("--eye and --target are the same point: move one of them"))?
     } else if let Some(reference) = &args.camera {
         let id = find(loaded, reference)?;
-        View::of_camera(scene, derived, id).ok_or_else(|| {
+        View::of_camera(scene, derived, id, aspect).ok_or_else(|| {
             let what = format!("--camera {reference}: no node of the scene that is shown carries it");
             Failure::usage(what).in_file(path).remedy("choose another camera or another --scene")
         })?
-    } else if let Some(view) = View::first_camera(scene, derived) {
+    } else if let Some(view) = View::first_camera(scene, derived, aspect) {
         view
     } else {
         let bounds = derived.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
-        View::framing(bounds, f64::from(args.size.width) / f64::from(args.size.height))
+        View::framing(bounds, aspect)
     };
     view.lens_radius = f64::from(args.aperture) * 0.5;
     if let Some(distance) = args.focus_distance {

@@ -206,12 +206,7 @@ fn emission_weight(tracer: &PathTracer, point: &SurfacePoint, cos: f32, previous
     if previous.pdf == 0.0 {
         return 1.0;
     }
-    let area_pdf = emitter_pdf(tracer.scene, tracer.lights, point);
-    if area_pdf <= 0.0 {
-        return 1.0;
-    }
-    let distance2 = (point.position - previous.position).length_squared();
-    let light_pdf = area_pdf * distance2 / cos.abs().max(1e-9);
+    let light_pdf = emitter_pdf(tracer.scene, tracer.lights, point, previous.position, cos);
     found_weight(tracer.frame.estimator, previous, light_pdf)
 }
 

@@ -16,48 +16,48 @@ use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
 
 /// The nearest accepted hit.
 pub(crate) fn closest_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-    walk::<_, false>(scene, ray, accept)
+    walk::<NearFirst, _, false>(scene, ray, accept)
 }
 
 /// Whether there is an accepted hit.
 pub(crate) fn any_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
-    walk::<_, true>(scene, ray, accept).is_some()
+    walk::<Unordered, _, true>(scene, ray, accept).is_some()
 }
 
 #[inline]
-fn walk<A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
+fn walk<O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(scene: &ResidentScene, ray: &Ray, accept: A) -> Option<Hit> {
     #[cfg(target_arch = "x86_64")]
     if let Some(proof) = Avx2::detect() {
-        return walk_avx2::<A, ANY>(proof, scene, ray, accept);
+        return walk_avx2::<O, A, ANY>(proof, scene, ray, accept);
     }
-    walk_with::<_, A, ANY>(Portable, scene, ray, accept)
+    walk_with::<_, O, A, ANY>(Portable, scene, ray, accept)
 }
 
 /// The walk compiled for AVX2.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code, reason = "a function compiled for more than the machine is known to have")]
 #[inline]
-fn walk_avx2<A: FnMut(&Hit) -> bool, const ANY: bool>(
+fn walk_avx2<O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(
     proof: Avx2,
     scene: &ResidentScene,
     ray: &Ray,
     accept: A,
 ) -> Option<Hit> {
     #[target_feature(enable = "avx2")]
-    fn compiled<A: FnMut(&Hit) -> bool, const ANY: bool>(
+    fn compiled<O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(
         proof: Avx2,
         scene: &ResidentScene,
         ray: &Ray,
         accept: A,
     ) -> Option<Hit> {
-        walk_with::<_, A, ANY>(proof, scene, ray, accept)
+        walk_with::<_, O, A, ANY>(proof, scene, ray, accept)
     }
     // SAFETY: the proof says that the machine has AVX2.
-    unsafe { compiled::<A, ANY>(proof, scene, ray, accept) }
+    unsafe { compiled::<O, A, ANY>(proof, scene, ray, accept) }
 }
 
 #[inline(always)]
-fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
+fn walk_with<S: BoxTest, O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(
     boxes: S,
     scene: &ResidentScene,
     ray: &Ray,
@@ -71,7 +71,7 @@ fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
     }
     let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
     let world = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
-    walk_tree::<S, true>(boxes, &scene.tlas.tree, &world, &mut best, |items, t_enter, best| {
+    walk_tree::<S, O>(boxes, &scene.tlas.tree, &world, &mut best, |items, t_enter, best| {
         let node = items[0];
         let Some(row) = scene.render_nodes.get(node as usize) else { return false };
         let primitive = row.primitive as usize;
@@ -87,12 +87,42 @@ fn walk_with<S: BoxTest, A: FnMut(&Hit) -> bool, const ANY: bool>(
 /// In a stack entry: a leaf, by its first item. (Node and item numbers stay below it: their arrays could not be made.)
 const LEAF: u32 = 1 << 31;
 
+/// In what order a walk visits the children of a node that the ray meets.
+trait Order {
+    /// Leaves wait for nearer siblings; they then hold one item each. Else they come before all inner ones.
+    const SORTS_LEAVES: bool;
+    /// Inner children are visited from near to far.
+    const SORTS_INNER: bool;
+}
+
+/// Near to far: where a leaf is an instance, and what is behind the nearest hit is never entered.
+struct NearFirst;
+
+impl Order for NearFirst {
+    const SORTS_LEAVES: bool = true;
+    const SORTS_INNER: bool = true;
+}
+
+/// Leaves, then inner children from near to far: where a leaf is a few triangles.
+struct LeavesFirst;
+
+impl Order for LeavesFirst {
+    const SORTS_LEAVES: bool = false;
+    const SORTS_INNER: bool = true;
+}
+
+/// Leaves, then inner children as they come: for any hit at all among instances. A leaf beside inner children is large
+/// for its place in the tree, so likely to be hit (a ground, a dome about everything), and near is no better than far.
+struct Unordered;
+
+impl Order for Unordered {
+    const SORTS_LEAVES: bool = false;
+    const SORTS_INNER: bool = false;
+}
+
 /// Visits the leaves that the ray meets at `best.t` or before until `visit` says to stop. Returns whether it did.
-///
-/// Inner nodes are visited from near to far as far as their siblings go. With `SORTED`, so are leaves, which then hold
-/// one item each: worth it where a leaf is an instance. Else leaves come before their inner siblings.
 #[inline(always)]
-fn walk_tree<S: BoxTest, const SORTED: bool>(
+fn walk_tree<S: BoxTest, O: Order>(
     boxes: S,
     tree: &WideTree,
     ray: &BoxRay,
@@ -106,7 +136,7 @@ fn walk_tree<S: BoxTest, const SORTED: bool>(
     let mut enter = Lanes([0.0; WIDTH]);
     let mut current = Entry::new(0.0, 0);
     loop {
-        if SORTED && current.reference() & LEAF != 0 {
+        if O::SORTS_LEAVES && current.reference() & LEAF != 0 {
             let first = (current.reference() & !LEAF) as usize;
             if visit(&tree.items[first..first + 1], current.t(), best) {
                 return true;
@@ -114,7 +144,7 @@ fn walk_tree<S: BoxTest, const SORTED: bool>(
         } else {
             let node = &tree.nodes[current.reference() as usize];
             let mut mask = boxes.test(ray, node, best.t, &mut enter);
-            if !SORTED {
+            if !O::SORTS_LEAVES {
                 let mut leaves = mask & !u32::from(node.inner);
                 mask &= u32::from(node.inner);
                 while leaves != 0 {
@@ -129,7 +159,7 @@ fn walk_tree<S: BoxTest, const SORTED: bool>(
                 }
             }
             let entry = |slot: usize| {
-                let leaf = if SORTED && node.inner & (1 << slot) == 0 { LEAF } else { 0 };
+                let leaf = if O::SORTS_LEAVES && node.inner & (1 << slot) == 0 { LEAF } else { 0 };
                 Entry::new(enter.0[slot], node.child[slot] | leaf)
             };
             if mask != 0 {
@@ -144,7 +174,11 @@ fn walk_tree<S: BoxTest, const SORTED: bool>(
                 while mask != 0 {
                     let slot = mask.trailing_zeros() as usize;
                     mask &= mask - 1;
-                    stack.insert(bottom, entry(slot));
+                    if O::SORTS_INNER {
+                        stack.insert(bottom, entry(slot));
+                    } else {
+                        stack.push(entry(slot));
+                    }
                 }
             }
         }
@@ -186,7 +220,7 @@ impl Instance<'_> {
         let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
         let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
         let (positions, indices) = (&self.scene.positions, &self.scene.indices);
-        walk_tree::<S, false>(boxes, &self.blas.tree, &local.boxes, best, |triangles, _, best| {
+        walk_tree::<S, LeavesFirst>(boxes, &self.blas.tree, &local.boxes, best, |triangles, _, best| {
             for &triangle in triangles {
                 let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
                 let Some(hit) = intersect(&local, corners, cull) else { continue };
@@ -213,9 +247,9 @@ pub(super) mod reference {
 
     /// The answers of every instruction set that the machine has.
     pub fn closest_hits(scene: &ResidentScene, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Vec<Option<Hit>> {
-        let mut hits = vec![walk_with::<_, _, false>(Portable, scene, ray, &accept)];
+        let mut hits = vec![walk_with::<_, NearFirst, _, false>(Portable, scene, ray, &accept)];
         #[cfg(target_arch = "x86_64")]
-        hits.extend(Avx2::detect().map(|proof| walk_avx2::<_, false>(proof, scene, ray, &accept)));
+        hits.extend(Avx2::detect().map(|proof| walk_avx2::<NearFirst, _, false>(proof, scene, ray, &accept)));
         hits
     }
 

@@ -176,7 +176,10 @@ impl SceneBuilder {
                 }));
                 emitter_triangles[first..].last_mut().unwrap().cumulative = 1.0;
             }
+            let corners: Vec<[f32; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+            let quad = if material.is_emissive() { MeshFlags::of_parallelogram(&corners, &mesh.indices) } else { 0 };
             let flags = MeshFlags::UV0
+                | quad
                 | if mesh.flat { MeshFlags::FLAT } else { 0 }
                 | if mesh.colors.is_empty() { 0 } else { MeshFlags::COLOR };
             descs.push(MeshDesc {

@@ -310,7 +310,7 @@ impl Job<'_> {
         }
     }
 
-    /// The area table: cumulative object-space areas in index order, divided by their total.
+    /// The area table: cumulative object-space areas in index order, divided by their total. And whether it is a quad.
     fn areas(&mut self) {
         if self.emitter_triangles.is_empty() {
             return;
@@ -329,6 +329,7 @@ impl Job<'_> {
             out.cumulative = if sum > 0.0 { (cumulative / sum) as f32 } else { 0.0 };
         }
         self.desc.area = sum as f32;
+        self.desc.flags |= MeshFlags::of_parallelogram(self.positions, self.indices);
     }
 }
 

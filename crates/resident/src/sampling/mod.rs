@@ -4,12 +4,14 @@
 //! * [`warp`]: from the unit square to discs, hemispheres, cones and triangles;
 //! * [`pixel_filter`]: from the unit square to offsets from the pixel's centre;
 //! * [`environment`]: importance sampling of a latitude-longitude map and the sun;
+//! * [`rectangle`]: uniform directions to a rectangle;
 //! * [`lights`]: the choice among kinds of light and among punctual lights.
 
 pub mod environment;
 pub mod hash;
 pub mod lights;
 pub mod pixel_filter;
+pub mod rectangle;
 pub mod sampler;
 pub mod sobol;
 pub mod warp;
@@ -18,4 +20,5 @@ pub use environment::EnvironmentDistribution;
 pub use hash::{hash_combine, hash_mix};
 pub use lights::{LightKinds, PunctualDistribution};
 pub use pixel_filter::sample_pixel_filter;
+pub use rectangle::SphericalRectangle;
 pub use sampler::{DimensionSet, Sampler};

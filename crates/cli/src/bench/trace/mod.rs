@@ -43,7 +43,7 @@ pub fn run(file: &Path, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let batch = loaded.derived.load_batch();
     resident.apply(batch).map_err(|e| internal(e.to_string()))?;
     let (scene, derived) = (&loaded.scene, &loaded.derived);
-    let view = View::first_camera(scene, derived).or_else(|| derived.bounds().map(|b| View::framing(b, 1.0)));
+    let view = View::first_camera(scene, derived, 1.0).or_else(|| derived.bounds().map(|b| View::framing(b, 1.0)));
     let Some(view) = view else { return Err(Failure::bad_input(file, "the scene shows nothing")) };
     let rays = Rays::new(&resident, &view.to_camera(derived.origin), SIZE);
     let obvhs = Instanced::new(&resident);

@@ -1,5 +1,6 @@
-//! Emissive triangles.
+//! Emissive triangles and quads.
 
+use super::quad::Quad;
 use super::{LightSample, LightTables};
 use crate::path::alpha::surface_presence;
 use crate::path::cone::RayCone;
@@ -10,17 +11,21 @@ use glam::{Vec2, Vec3};
 use orthant_resident::rows::{EmitterRow, NONE};
 use orthant_resident::sampling::warp::sample_triangle;
 
-/// Density over area, in 1/m^2, with which next event estimation chooses a point of a triangle; the choice of the kind is
-/// included. 0 for a surface that is in no emitter table.
+/// Density over solid angle with which next event estimation from `from` chooses the direction to a point of an emissive
+/// surface, which is met under the cosine `cos`; the choice of the kind is included. 0 for a surface that is in no emitter
+/// table.
 #[inline]
-pub fn emitter_pdf(scene: &ResidentScene, lights: &LightTables, point: &SurfacePoint) -> f32 {
+pub fn emitter_pdf(scene: &ResidentScene, lights: &LightTables, point: &SurfacePoint, from: Vec3, cos: f32) -> f32 {
     let Some(row) = scene.emitters.get(point.node.emitter as usize) else { return 0.0 };
     if point.node.emitter == NONE || point.area <= 0.0 {
         return 0.0;
     }
-    let p = emitter_probability(scene, lights, point.node.emitter as usize)
-        * triangle_probability(scene, row, point.triangle as usize);
-    lights.kinds.emitters * p / point.area
+    let chosen = lights.kinds.emitters * emitter_probability(scene, lights, point.node.emitter as usize);
+    if let Some(rectangle) = Quad::new(scene, point.node, point.desc).and_then(|quad| quad.seen_from(from)) {
+        return chosen / rectangle.solid_angle();
+    }
+    let distance2 = (point.position - from).length_squared();
+    chosen * triangle_probability(scene, row, point.triangle as usize) / point.area * distance2 / cos.abs().max(1e-9)
 }
 
 /// Samples a point of an emissive surface as seen from `from`: `pick` chooses the emitter, `pick_triangle` the triangle,
@@ -35,20 +40,28 @@ pub fn sample_emitter(
     pick_triangle: f32,
     u: Vec2,
 ) -> Option<LightSample> {
-    // Choose an emitter by power and a triangle by area
+    // Choose an emitter by power
     let target = pick * lights.emitter_power;
     let index = scene.emitters.partition_point(|row| row.cumulative_power <= target);
     let row = scene.emitters.get(index)?;
-    let first = row.first_triangle as usize;
-    let table = scene.emitter_triangles.get(first..first + row.triangle_count as usize)?;
-    let triangle = table.partition_point(|t| t.cumulative <= pick_triangle);
-    if triangle >= table.len() {
-        return None;
-    }
+    let node = scene.render_nodes.get(row.render_node as usize)?;
 
-    // Choose a point on it
-    let b = sample_triangle(u);
-    let point = SurfacePoint::new(scene, row.render_node, triangle as u32, b.x, b.y);
+    // Choose a point on it: a quad's as a whole, else a triangle by area first
+    let quad = Quad::new(scene, node, scene.mesh_descs.get(node.primitive as usize)?);
+    let rectangle = quad.and_then(|quad| quad.seen_from(from));
+    let (triangle, b) = match &quad {
+        Some(quad) => quad.point(rectangle.map_or(u, |r| r.sample(u))),
+        None => {
+            let first = row.first_triangle as usize;
+            let table = scene.emitter_triangles.get(first..first + row.triangle_count as usize)?;
+            let triangle = table.partition_point(|t| t.cumulative <= pick_triangle);
+            if triangle >= table.len() {
+                return None;
+            }
+            (triangle as u32, sample_triangle(u))
+        }
+    };
+    let point = SurfacePoint::new(scene, row.render_node, triangle, b.x, b.y);
     let to_light = point.position - from;
     let distance2 = to_light.length_squared();
     if !(distance2 > 0.0 && point.area > 0.0) {
@@ -60,8 +73,11 @@ pub fn sample_emitter(
     if cos == 0.0 || (cos < 0.0 && !point.is_double_sided()) {
         return None;
     }
-    let probability = emitter_probability(scene, lights, index) * triangle_probability(scene, row, triangle);
-    let pdf = probability / point.area * distance2 / cos.abs();
+    let density = match rectangle {
+        Some(rectangle) => 1.0 / rectangle.solid_angle(),
+        None => triangle_probability(scene, row, triangle as usize) / point.area * distance2 / cos.abs(),
+    };
+    let pdf = emitter_probability(scene, lights, index) * density;
     let presence = surface_presence(scene, &point);
     if !(pdf > 0.0 && presence > 0.0) {
         return None;

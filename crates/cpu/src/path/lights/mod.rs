@@ -1,6 +1,6 @@
 //! Next event estimation.
 //!
-//! * [`emitter`]: emissive triangles;
+//! * [`emitter`]: emissive triangles, and [`quad`]: two that are one area light;
 //! * [`distant`]: the environment map and the sun;
 //! * [`punctual`]: lights without a size.
 //!
@@ -9,6 +9,7 @@
 pub mod distant;
 pub mod emitter;
 pub mod punctual;
+pub mod quad;
 mod tables;
 
 pub use tables::LightTables;

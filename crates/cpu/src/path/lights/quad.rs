@@ -1,0 +1,52 @@
+//! Emissive parallelograms: area lights. Where one is a rectangle in the world, and not too small as seen from a surface,
+//! directions to it are uniform; else its points are.
+
+use crate::path::surface::corner_rows;
+use crate::scene::ResidentScene;
+use glam::{Vec2, Vec3};
+use orthant_resident::rows::{MeshDesc, RenderNodeRow};
+use orthant_resident::sampling::SphericalRectangle;
+
+/// A parallelogram in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    /// One corner.
+    corner: Vec3,
+    /// Sides from there.
+    sides: [Vec3; 2],
+    /// See [`MeshDesc::parallelogram`].
+    opposite: [usize; 2],
+}
+
+impl Quad {
+    /// The instance's, if its primitive is one.
+    #[inline]
+    pub fn new(scene: &ResidentScene, node: &RenderNodeRow, desc: &MeshDesc) -> Option<Self> {
+        let opposite = desc.parallelogram()?;
+        let rows = corner_rows(scene, desc, 0);
+        let [p, next, last] = [0, 1, 2].map(|k| Vec3::from_array(scene.positions[rows[(opposite[0] + k) % 3]]));
+        let sides = [next - p, last - p].map(|side| node.world.transform_vector(side));
+        Some(Self { corner: node.world.transform_point(p), sides, opposite })
+    }
+
+    /// How it is seen from a point; `None` where it is to be sampled by area.
+    #[inline]
+    pub fn seen_from(&self, from: Vec3) -> Option<SphericalRectangle> {
+        SphericalRectangle::new(self.corner - from, self.sides)
+    }
+
+    /// Triangle, and weights of its second and third corner, of the point at `at` in 0..=1 along the sides.
+    #[inline]
+    pub fn point(&self, at: Vec2) -> (u32, Vec2) {
+        let outside = at.x + at.y > 1.0;
+        // The second triangle's corner is opposite to the first's, and its sides point back.
+        let along = if outside { Vec2::new(1.0 - at.x, 1.0 - at.y) } else { at };
+        let triangle = usize::from(outside);
+        let first = self.opposite[triangle];
+        let mut weights = [0.0; 3];
+        weights[first] = 1.0 - along.x - along.y;
+        weights[(first + 1) % 3] = along.x;
+        weights[(first + 2) % 3] = along.y;
+        (triangle as u32, Vec2::new(weights[1], weights[2]))
+    }
+}
