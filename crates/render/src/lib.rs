@@ -5,6 +5,7 @@
 //! as one [`SceneBatch`](orthant_resident::SceneBatch).
 //!
 //! * [`derived`]: the derived scene and its parts;
+//! * [`DecodedScene`]: geometry and images alone, decoded;
 //! * [`geometry`]: accessors to streams, tangents, morph targets and skins;
 //! * [`textures`]: image decoding and mip chains;
 //! * [`camera`]: cameras of the document, and framing;
@@ -12,11 +13,13 @@
 
 mod budget;
 pub mod camera;
+mod decoded;
 pub mod derived;
 mod error;
 pub mod geometry;
 pub mod sky;
 pub mod textures;
 
+pub use decoded::DecodedScene;
 pub use derived::{DeriveOptions, DerivedScene};
 pub use error::{DeriveError, DeriveWarning};

@@ -58,6 +58,10 @@ fn no_document_takes_more_than_it_is_charged_for() {
     let node_extension = r#"{"extensions":{"A":{"b":{}}},"extras":{}}"#;
     for (what, members) in [
         ("empty nodes", format!("\"nodes\":[{}]", list("{}", N))),
+        // Long enough to be read apart from the rest.
+        ("many empty nodes", format!("\"nodes\":[{}]", list("{}", 10 * N))),
+        ("many nodes with extras", format!("\"nodes\":[{}]", list(node_extension, N))),
+        ("many named nodes", format!("\"nodes\":[{}]", list(r#"{"name":"a name","scale":[1,2,3]}"#, N))),
         ("nodes with extras", format!("\"nodes\":[{}]", list(node_extension, N))),
         ("children", {
             let children: Vec<String> = (1..=N).map(|i| i.to_string()).collect();

@@ -16,7 +16,7 @@ pub mod render_nodes;
 
 use crate::budget::Budget;
 use crate::geometry::{GeometryStreams, RenderPrimitive, decode_primitives};
-use crate::textures::ImageLimits;
+use crate::textures::{ImageLimits, Levels};
 use crate::{DeriveError, DeriveWarning};
 use glam::{DAffine3, DVec3, Vec3};
 use hierarchy::{DerivedNode, Hierarchy};
@@ -106,7 +106,7 @@ impl DerivedScene {
         let geometry = geometry_start.elapsed();
 
         let images_start = Instant::now();
-        let limits = ImageLimits { max_bytes: budget.left() };
+        let limits = ImageLimits { max_bytes: budget.left(), levels: Levels::All };
         let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings)?;
         let image_bytes: usize = materials.images.iter().flat_map(|w| &w.image).map(|image| image.texels.len()).sum();
         budget.charge(image_bytes as u64).map_err(|over| DeriveError::over_budget("/images", "the images", over))?;

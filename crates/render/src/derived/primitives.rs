@@ -11,7 +11,7 @@ use orthant_scene::Scene;
 use orthant_scene::model::{
     AccessorId, Attributes, MaterialId, MeshId, Node, NodeId, Primitive, PrimitiveMode, Store, VariantId,
 };
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// One primitive of a mesh, as render nodes refer to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +79,31 @@ fn has_triangles(scene: &Scene, primitive: &Primitive) -> bool {
     triangle_index_count(primitive.mode, count) > 0
 }
 
+impl<'a> GeometryKey<'a> {
+    fn of(primitive: &'a Primitive) -> Self {
+        Self {
+            attributes: &primitive.attributes,
+            indices: primitive.indices,
+            mode: primitive.mode,
+            targets: &primitive.targets,
+        }
+    }
+}
+
+/// Every distinct primitive that makes triangles, by mesh and then by primitive; none is deformed, and none has tangents.
+pub fn distinct(scene: &Scene) -> Vec<RenderPrimitive> {
+    let mut known: HashSet<GeometryKey> = HashSet::new();
+    let mut primitives = Vec::new();
+    for (mesh, object) in scene.meshes().iter() {
+        for (index, primitive) in object.primitives.iter().enumerate() {
+            if has_triangles(scene, primitive) && known.insert(GeometryKey::of(primitive)) {
+                primitives.push(RenderPrimitive { mesh, primitive: index, deformed_by: None, tangents_from_uv: None });
+            }
+        }
+    }
+    primitives
+}
+
 /// Registers all RenderPrimitives.
 pub fn register(scene: &Scene, variant: Option<VariantId>, warnings: &mut Vec<DeriveWarning>) -> PrimitiveTable {
     let mut table = PrimitiveTable::default();
@@ -100,13 +125,7 @@ pub fn register(scene: &Scene, variant: Option<VariantId>, warnings: &mut Vec<De
             let render_primitive = if users[slot] == MeshUsers::DEFORMED {
                 NONE
             } else {
-                let key = GeometryKey {
-                    attributes: &primitive.attributes,
-                    indices: primitive.indices,
-                    mode: primitive.mode,
-                    targets: &primitive.targets,
-                };
-                *known.entry(key).or_insert_with(|| {
+                *known.entry(GeometryKey::of(primitive)).or_insert_with(|| {
                     table.primitives.push(RenderPrimitive {
                         mesh: mesh_id,
                         primitive: index,

@@ -1,16 +1,17 @@
 //! Decodes all RenderPrimitives into the global streams, in parallel.
 
 use super::deform::{Deformation, deform};
+use super::rows::{Attributes, Bounds};
 use super::tangents::{encode_or_any, mikktspace};
 use super::topology::{triangle_index_count, write_triangles};
 use super::{RenderPrimitive, SkinPose};
 use crate::DeriveError;
 use crate::budget::Budget;
 use glam::{Vec2, Vec3};
-use orthant_resident::rows::{EmitterTriangle, MeshDesc, MeshFlags, NONE, VertexRow, decode_normal, encode_normal};
+use orthant_resident::rows::{EmitterTriangle, MeshDesc, MeshFlags, NONE, VertexRow, decode_normal};
 use orthant_scene::Scene;
 use orthant_scene::accessor;
-use orthant_scene::model::{AccessorId, ComponentType, ElementType, Primitive, Store};
+use orthant_scene::model::{AccessorId, Primitive, PrimitiveMode, Store};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -29,6 +30,19 @@ pub struct GeometryStreams {
     pub mesh_descs: Vec<MeshDesc>,
     /// Area tables of the primitives that are asked for.
     pub emitter_triangles: Vec<EmitterTriangle>,
+}
+
+impl GeometryStreams {
+    /// Bytes of all streams.
+    pub fn bytes(&self) -> u64 {
+        let bytes = size_of_val(self.positions.as_slice())
+            + size_of_val(self.vertices.as_slice())
+            + size_of_val(self.indices.as_slice())
+            + size_of_val(self.tangents.as_slice())
+            + size_of_val(self.mesh_descs.as_slice())
+            + size_of_val(self.emitter_triangles.as_slice());
+        bytes as u64
+    }
 }
 
 /// Vertices above which the work inside one primitive is split over threads.
@@ -180,22 +194,25 @@ impl Job<'_> {
         self.indices(scene).map_err(error)?;
         self.attributes(scene, pose).map_err(error)?;
         self.tangents(scene).map_err(error)?;
-        self.bounds();
         self.areas();
         Ok(())
     }
 
     fn indices(&mut self, scene: &Scene) -> Result<(), String> {
         let mode = self.primitive.mode;
-        if let Some(id) = self.primitive.indices {
-            let source = accessor::read_indices(scene, id).map_err(|e| e.to_string())?;
-            write_triangles(mode, source.len(), |i| source[i], self.indices);
-        } else {
+        let Some(id) = self.primitive.indices else {
             write_triangles(mode, self.positions.len(), |i| i as u32, self.indices);
-        }
-        let largest = if self.indices.len() > PARALLEL_VERTICES {
-            self.indices.par_iter().copied().max()
+            return Ok(());
+        };
+        let source = accessor::indices(scene, id).map_err(|e| e.to_string())?;
+        let largest = if mode == PrimitiveMode::Triangles {
+            let copy = |(i, out): (usize, &mut [u32])| source.copy_to(i * PARALLEL_VERTICES, out);
+            match self.indices.len() {
+                0..=PARALLEL_VERTICES => copy((0, &mut *self.indices)),
+                _ => self.indices.par_chunks_mut(PARALLEL_VERTICES).enumerate().filter_map(copy).max(),
+            }
         } else {
+            write_triangles(mode, source.len(), |i| source.get(i), self.indices);
             self.indices.iter().copied().max()
         };
         match largest {
@@ -237,25 +254,30 @@ impl Job<'_> {
             | flag(pose.is_some(), MeshFlags::DEFORMED);
 
         let fill = |first: usize, out_positions: &mut [[f32; 3]], out: &mut [VertexRow]| {
-            out_positions.copy_from_slice(&positions[first..first + out_positions.len()]);
-            for (i, row) in (first..).zip(out) {
-                *row = VertexRow {
-                    uv0: uv0.as_ref().map_or([0.0; 2], |a| a[i]),
-                    uv1: uv1.as_ref().map_or([0.0; 2], |a| a[i]),
-                    color: colors.as_ref().map_or([u16::MAX; 4], |a| a[i].map(unorm16)),
-                    normal: normals.as_ref().map_or(0, |a| encode_normal(unit(a[i]))),
-                    reserved: 0,
-                };
-            }
+            let range = first..first + out.len();
+            let source = Attributes {
+                normals: normals.as_deref().map(|a| &a[range.clone()]),
+                uv0: uv0.as_deref().map(|a| &a[range.clone()]),
+                uv1: uv1.as_deref().map(|a| &a[range.clone()]),
+                colors: colors.as_deref().map(|a| &a[range.clone()]),
+            };
+            source.write_rows(out);
+            out_positions.copy_from_slice(&positions[range]);
+            Bounds::of(out_positions)
         };
-        if n > PARALLEL_VERTICES {
+        let bounds = if n > PARALLEL_VERTICES {
             self.positions
                 .par_chunks_mut(PARALLEL_VERTICES)
                 .zip(self.vertices.par_chunks_mut(PARALLEL_VERTICES))
                 .enumerate()
-                .for_each(|(c, (p, v))| fill(c * PARALLEL_VERTICES, p, v));
+                .map(|(c, (p, v))| fill(c * PARALLEL_VERTICES, p, v))
+                .reduce(|| Bounds::EMPTY, Bounds::union)
         } else {
-            fill(0, self.positions, self.vertices);
+            fill(0, self.positions, self.vertices)
+        };
+        if bounds.min.cmple(bounds.max).all() {
+            self.desc.bounds_min = bounds.min.to_array();
+            self.desc.bounds_max = bounds.max.to_array();
         }
         Ok(())
     }
@@ -290,26 +312,6 @@ impl Job<'_> {
         Ok(())
     }
 
-    fn bounds(&mut self) {
-        let grow = |(lo, hi): (Vec3, Vec3), p: &[f32; 3]| {
-            let p = Vec3::from_array(*p);
-            if p.is_finite() { (lo.min(p), hi.max(p)) } else { (lo, hi) }
-        };
-        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let (lo, hi) = if self.positions.len() > PARALLEL_VERTICES {
-            self.positions
-                .par_chunks(PARALLEL_VERTICES)
-                .map(|c| c.iter().fold(empty, grow))
-                .reduce(|| empty, |a, b| (a.0.min(b.0), a.1.max(b.1)))
-        } else {
-            self.positions.iter().fold(empty, grow)
-        };
-        if lo.cmple(hi).all() {
-            self.desc.bounds_min = lo.to_array();
-            self.desc.bounds_max = hi.to_array();
-        }
-    }
-
     /// The area table: cumulative object-space areas in index order, divided by their total. And whether it is a quad.
     fn areas(&mut self) {
         if self.emitter_triangles.is_empty() {
@@ -342,14 +344,6 @@ fn face_normal(positions: &[[f32; 3]], triangle: &[u32]) -> Vec3 {
     face_cross(positions, triangle).normalize_or(Vec3::Z)
 }
 
-fn unit(n: [f32; 3]) -> Vec3 {
-    Vec3::from_array(n).normalize_or(Vec3::Z)
-}
-
-fn unorm16(v: f32) -> u16 {
-    (v.clamp(0.0, 1.0) * 65535.0).round() as u16
-}
-
 /// An attribute as floats: borrowed where it is stored as tightly packed, aligned floats.
 fn optional<const N: usize>(
     scene: &Scene,
@@ -357,7 +351,7 @@ fn optional<const N: usize>(
     count: usize,
 ) -> Result<Option<Cow<'_, [[f32; N]]>>, String> {
     let Some(id) = id else { return Ok(None) };
-    let values = match borrow_f32::<N>(scene, id) {
+    let values = match accessor::borrow_f32::<N>(scene, id).map_err(|e| e.to_string())? {
         Some(slice) => Cow::Borrowed(slice),
         None => Cow::Owned(accessor::read_f32::<N>(scene, id).map_err(|e| e.to_string())?),
     };
@@ -373,24 +367,4 @@ fn checked_len<T>(values: Vec<T>, count: usize, name: &str) -> Result<Vec<T>, St
     } else {
         Err(format!("{name} has {} elements where POSITION has {count}", values.len()))
     }
-}
-
-fn borrow_f32<const N: usize>(scene: &Scene, id: AccessorId) -> Option<&[[f32; N]]> {
-    let a = &scene.accessors()[id];
-    let element = match N {
-        2 => ElementType::Vec2,
-        3 => ElementType::Vec3,
-        4 => ElementType::Vec4,
-        _ => return None,
-    };
-    if a.component_type != ComponentType::F32 || a.element_type != element || a.sparse.is_some() {
-        return None;
-    }
-    let view = &scene.buffer_views()[a.view?];
-    if view.stride.is_some_and(|s| s != N * 4) {
-        return None;
-    }
-    let start = view.offset.checked_add(a.offset)?;
-    let bytes = scene.buffers()[view.buffer].data.get(start..start.checked_add(a.count.checked_mul(N * 4)?)?)?;
-    bytemuck::try_cast_slice(bytes).ok()
 }

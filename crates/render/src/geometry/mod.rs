@@ -6,6 +6,7 @@
 
 mod decode;
 mod deform;
+mod rows;
 mod tangents;
 mod topology;
 

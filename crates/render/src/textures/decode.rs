@@ -17,8 +17,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Bounds on what images may take.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageLimits {
-    /// Most bytes of all decoded images with their mips.
+    /// Most bytes of all decoded images, as many levels as are asked for.
     pub max_bytes: u64,
+    /// Which levels are made.
+    pub levels: Levels,
+}
+
+/// Levels of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Levels {
+    /// The image as it is.
+    First,
+    /// And its mip chain: the file's, where it has one.
+    All,
 }
 
 /// Why an image is not shown.
@@ -41,7 +52,7 @@ pub fn decode_images(
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Vec<Option<Arc<ImageData>>>, DeriveError> {
     let taken = AtomicU64::new(0);
-    let budget = Budget { max_bytes: limits.max_bytes, taken: &taken };
+    let budget = Budget { limits, taken: &taken };
     let decode_use = |use_: &ImageUse| {
         let image: &Image = &scene.images()[use_.image];
         let data = image.data.as_ref().ok_or_else(|| Failure::Warning("the image file is missing".into()))?;
@@ -78,16 +89,28 @@ type Decoded = (ImageData, Option<String>);
 
 /// The bytes that images may take, and have taken.
 struct Budget<'a> {
-    max_bytes: u64,
+    limits: ImageLimits,
     taken: &'a AtomicU64,
 }
 
 impl Budget<'_> {
-    /// Charges an image with all its levels, before memory is taken for it.
+    /// Charges an image with its levels, before memory is taken for it.
     fn charge(&self, format: TexelFormat, width: u32, height: u32) -> Result<(), Failure> {
-        let needed = chain_bytes(format, width, height);
+        let needed = match self.limits.levels {
+            Levels::All => chain_bytes(format, width, height),
+            Levels::First => (u64::from(width) * u64::from(height)).saturating_mul(format.bytes() as u64),
+        };
         let before = self.taken.fetch_add(needed, Ordering::Relaxed);
-        if before.saturating_add(needed) > self.max_bytes { Err(Failure::OverBudget { needed }) } else { Ok(()) }
+        let fits = before.saturating_add(needed) <= self.limits.max_bytes;
+        if fits { Ok(()) } else { Err(Failure::OverBudget { needed }) }
+    }
+
+    /// An image of its first level, with the levels that are asked for.
+    fn finish(&self, format: TexelFormat, width: u32, height: u32, texels: Vec<u8>) -> ImageData {
+        match self.limits.levels {
+            Levels::All => mip_chain(format, width, height, texels),
+            Levels::First => ImageData { format, levels: vec![MipLevel { width, height, offset: 0 }], texels },
+        }
     }
 }
 
@@ -105,7 +128,7 @@ fn decode(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<Decoded, Failu
 /// [`decode`] of one image alone.
 #[cfg(test)]
 pub(super) fn decode_bytes(data: &[u8], srgb: bool, max_bytes: u64) -> Result<Decoded, Failure> {
-    decode(data, srgb, &Budget { max_bytes, taken: &AtomicU64::new(0) })
+    decode(data, srgb, &Budget { limits: ImageLimits { max_bytes, levels: Levels::All }, taken: &AtomicU64::new(0) })
 }
 
 /// KTX2 and DDS: the file's own levels where it has all of them, else the first and ours.
@@ -113,8 +136,8 @@ fn decode_file(file: &TextureFile<'_>, srgb: bool, budget: &Budget<'_>) -> Resul
     let format = file.texel_format(srgb);
     budget.charge(format, file.width, file.height)?;
     let first = file.decode(0).map_err(Failure::Warning)?;
-    if file.levels.len() == 1 {
-        return Ok((mip_chain(format, file.width, file.height, first), file.note.clone()));
+    if file.levels.len() == 1 || budget.limits.levels == Levels::First {
+        return Ok((budget.finish(format, file.width, file.height, first), file.note.clone()));
     }
     let mut image = ImageData { format, levels: Vec::with_capacity(file.levels.len()), texels: Vec::new() };
     for level in 0..file.levels.len() {
@@ -156,5 +179,5 @@ fn decode_image(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<ImageDat
         TexelFormat::Rgba16Linear | TexelFormat::Rgba16Srgb => bytemuck::cast_slice(&decoded.into_rgba16()).to_vec(),
         TexelFormat::Rgba32Float => bytemuck::cast_slice(&decoded.into_rgba32f()).to_vec(),
     };
-    Ok(mip_chain(format, width, height, texels))
+    Ok(budget.finish(format, width, height, texels))
 }

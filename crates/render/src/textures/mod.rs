@@ -15,6 +15,6 @@ mod srgb;
 #[cfg(test)]
 mod tests;
 
-pub use decode::{ImageLimits, decode_images};
+pub use decode::{ImageLimits, Levels, decode_images};
 pub use mips::{mean_color, mip_chain};
 pub use srgb::{linear_from_srgb, srgb_from_linear};

@@ -56,6 +56,86 @@ pub fn borrow_f32<const N: usize>(scene: &Scene, id: AccessorId) -> Result<Optio
     Ok(decode::as_packed_floats(&layout))
 }
 
+/// Scalars of an unsigned type where they are stored, if they are stored one behind the other.
+#[derive(Clone, Debug)]
+pub enum Indices<'a> {
+    /// U8.
+    U8(&'a [u8]),
+    /// U16, little-endian.
+    U16(&'a [[u8; 2]]),
+    /// U32, little-endian.
+    U32(&'a [[u8; 4]]),
+    /// Stored in any other way, and decoded.
+    Decoded(Vec<u32>),
+}
+
+impl Indices<'_> {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::U8(indices) => indices.len(),
+            Self::U16(indices) => indices.len(),
+            Self::U32(indices) => indices.len(),
+            Self::Decoded(indices) => indices.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// If there are not as many.
+    #[inline]
+    pub fn get(&self, i: usize) -> u32 {
+        match self {
+            Self::U8(indices) => indices[i].into(),
+            Self::U16(indices) => u16::from_le_bytes(indices[i]).into(),
+            Self::U32(indices) => u32::from_le_bytes(indices[i]),
+            Self::Decoded(indices) => indices[i],
+        }
+    }
+
+    /// Copies those from `first` on, as many as `out` has room for, and gives the largest.
+    ///
+    /// # Panics
+    /// If there are not as many.
+    pub fn copy_to(&self, first: usize, out: &mut [u32]) -> Option<u32> {
+        fn copy<T: Copy>(from: &[T], out: &mut [u32], value: impl Fn(T) -> u32) -> u32 {
+            // The largest is kept on the way: the indices are not read a second time.
+            from.iter().zip(out).fold(0, |largest, (&from, to)| {
+                *to = value(from);
+                largest.max(*to)
+            })
+        }
+        let range = first..first + out.len();
+        let largest = match self {
+            Self::U8(indices) => copy(&indices[range], out, u32::from),
+            Self::U16(indices) => copy(&indices[range], out, |b| u16::from_le_bytes(b).into()),
+            Self::U32(indices) => copy(&indices[range], out, u32::from_le_bytes),
+            Self::Decoded(indices) => copy(&indices[range], out, |i| i),
+        };
+        (!out.is_empty()).then_some(largest)
+    }
+}
+
+/// Scalars of an unsigned type, in place where that is possible.
+pub fn indices(scene: &Scene, id: AccessorId) -> Result<Indices<'_>> {
+    let layout = layout::resolve(scene, id)?;
+    let (Some(base), None, ElementType::Scalar) = (layout.base, &layout.sparse, layout.accessor.element_type) else {
+        return read_indices(scene, id).map(Indices::Decoded);
+    };
+    match layout.accessor.component_type {
+        ComponentType::U8 if base.stride == 1 => Ok(Indices::U8(base.bytes)),
+        ComponentType::U16 if base.stride == 2 => Ok(Indices::U16(base.bytes.as_chunks().0)),
+        ComponentType::U32 if base.stride == 4 => Ok(Indices::U32(base.bytes.as_chunks().0)),
+        _ => read_indices(scene, id).map(Indices::Decoded),
+    }
+}
+
 /// Scalars of an unsigned type: vertex indices, feature ids.
 pub fn read_indices(scene: &Scene, id: AccessorId) -> Result<Vec<u32>> {
     let mut out = Vec::new();

@@ -245,6 +245,28 @@ fn indices_of_every_unsigned_type_append_to_what_is_there() {
 }
 
 #[test]
+fn indices_in_place_are_those_that_are_read() {
+    let bytes: Vec<u8> = (0..24u8).map(|i| i.wrapping_mul(77)).collect();
+    for (component, shift, stride, in_place) in
+        [(U8, 3, None, true), (U16, 1, None, true), (U32, 5, None, true), (U16, 0, Some(4), false)]
+    {
+        let mut s = Sample::new(bytes.clone(), stride);
+        let id = s.accessor(component, Scalar, 4);
+        s.edit(id).offset = shift;
+        let (read, found) = (read_indices(&s.scene, id).unwrap(), indices(&s.scene, id).unwrap());
+        assert_eq!(!matches!(found, Indices::Decoded(_)), in_place);
+        assert_eq!((0..found.len()).map(|i| found.get(i)).collect::<Vec<_>>(), read);
+        let mut copy = [0; 2];
+        assert_eq!(found.copy_to(1, &mut copy), read[1..3].iter().copied().max());
+        assert_eq!(copy, read[1..3]);
+        assert_eq!(found.copy_to(4, &mut []), None);
+    }
+    let mut s = Sample::new(bytes, None);
+    let floats = s.accessor(F32, Scalar, 1);
+    assert!(indices(&s.scene, floats).is_err());
+}
+
+#[test]
 fn a_vertex_index_out_of_range_is_an_error_that_names_it() {
     let mut s = Sample::new(vec![0, 3, 2], None);
     let id = s.accessor(U8, Scalar, 3);

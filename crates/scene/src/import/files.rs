@@ -60,11 +60,40 @@ pub(crate) fn read_file(path: &Path, at_most: Option<u64>, budget: &Budget) -> R
     let file = File::open(path).map_err(io)?;
     let length = file.metadata().map_err(io)?.len().min(at_most.unwrap_or(u64::MAX));
     budget.charge(length).map_err(|fault| FileFault::OverBudget { path: name(), fault })?;
+    let length_here = usize::try_from(length).unwrap_or(usize::MAX);
+    if length_here >= 2 * PART
+        && let Some(bytes) = read_in_parts(&file, length_here)
+    {
+        return Ok(bytes);
+    }
     let mut bytes = Vec::new();
     let out_of_memory = |_| io(io::ErrorKind::OutOfMemory.into());
-    bytes.try_reserve_exact(usize::try_from(length).unwrap_or(usize::MAX)).map_err(out_of_memory)?;
+    bytes.try_reserve_exact(length_here).map_err(out_of_memory)?;
     file.take(length).read_to_end(&mut bytes).map_err(io)?;
     Ok(bytes)
+}
+
+/// Bytes that one thread reads at a time. A long file is copied from the system's cache, and most of that time goes into
+/// memory that is touched for the first time, which threads do side by side.
+const PART: usize = 4 << 20;
+
+/// Reads the first `length` bytes of a file by all threads. `None` where that does not succeed, for whatever reason.
+#[cfg(unix)]
+fn read_in_parts(file: &File, length: usize) -> Option<Vec<u8>> {
+    use rayon::prelude::*;
+    use std::os::unix::fs::FileExt;
+    // Memory that there is not is an error, not an abort. Zeros come from the allocator as they are, unwritten.
+    Vec::<u8>::new().try_reserve_exact(length).ok()?;
+    let mut bytes = vec![0; length];
+    let read = |(i, part): (usize, &mut [u8])| file.read_exact_at(part, (i * PART) as u64);
+    bytes.par_chunks_mut(PART).enumerate().try_for_each(read).ok()?;
+    Some(bytes)
+}
+
+/// Elsewhere a file has one position for all threads.
+#[cfg(not(unix))]
+fn read_in_parts(_: &File, _: usize) -> Option<Vec<u8>> {
+    None
 }
 
 /// The files beside a scene file.

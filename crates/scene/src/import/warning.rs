@@ -74,7 +74,7 @@ pub enum WarningKind {
 }
 
 /// Collects warnings; equal ones are counted, so that a million nodes with one flaw make one warning.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Warnings {
     list: Vec<Warning>,
     known: HashMap<WarningKind, usize>,

@@ -11,6 +11,7 @@ mod ids;
 mod lobes;
 mod material;
 mod node;
+mod size;
 mod store;
 mod texture;
 

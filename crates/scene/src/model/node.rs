@@ -23,7 +23,7 @@ impl Children {
 }
 
 /// A node's local transform, as the file has it: parent from node.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Transform {
     /// Translation, rotation and scale: `T * R * S`.
     Trs {
@@ -34,8 +34,8 @@ pub enum Transform {
         /// Factors.
         scale: [f64; 3],
     },
-    /// A column-major 4x4 matrix whose last row is (0, 0, 0, 1).
-    Matrix([f64; 16]),
+    /// A column-major 4x4 matrix whose last row is (0, 0, 0, 1). Boxed, because few nodes of long documents have one.
+    Matrix(Box<[f64; 16]>),
 }
 
 impl Default for Transform {

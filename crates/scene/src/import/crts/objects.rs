@@ -30,7 +30,8 @@ impl Converter<'_> {
         let mut roots = Vec::with_capacity(header.objects.len());
         for (i, object) in header.objects.iter().enumerate() {
             let matrix = matrix(object, i)?;
-            let mut node = Node { name: name(&object.name), transform: Transform::Matrix(matrix), ..Node::default() };
+            let mut node =
+                Node { name: name(&object.name), transform: Transform::Matrix(Box::new(matrix)), ..Node::default() };
             match object.kind {
                 ObjectKind::Mesh => node.mesh = Some(pairs[i]),
                 ObjectKind::Light => self.light(object, header, &matrix, &mut node, i)?,
@@ -106,7 +107,7 @@ impl Converter<'_> {
             return Ok(());
         };
         let light = QuadLight { size, ..light };
-        node.transform = Transform::Matrix(matrix);
+        node.transform = Transform::Matrix(Box::new(matrix));
         node.extra = light.mark();
         node.mesh = Some(self.quad(&light, || at("objects", i, ""))?);
         Ok(())

@@ -7,6 +7,7 @@
 mod convert;
 mod extensions;
 mod glb;
+mod nodes;
 mod parse;
 mod schema;
 #[cfg(test)]
@@ -28,13 +29,22 @@ pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// What is wrong, and where.
 type Fault = (Place, ImportFault);
 
+/// A scene and what is to be said of it.
+type Imported = Result<(Scene, Vec<Warning>), Fault>;
+
 /// Imports a glTF file. Its own bytes have been charged already.
-pub fn import(
+pub fn import(bytes: Vec<u8>, is_glb: bool, files: &Files<'_>, budget: &Budget) -> Imported {
+    import_document(bytes, is_glb, files, budget, nodes::MIN_BYTES)
+}
+
+/// As [`import`]. Nodes whose texts have `min_node_bytes` together are read apart from the rest.
+fn import_document(
     bytes: Vec<u8>,
     is_glb: bool,
     files: &Files<'_>,
     budget: &Budget,
-) -> Result<(Scene, Vec<Warning>), Fault> {
+    min_node_bytes: usize,
+) -> Imported {
     let mut warnings = Warnings::default();
     let file = Blob::new(bytes);
     let (json, bin) = if is_glb {
@@ -46,8 +56,44 @@ pub fn import(
     let bin = bin.and_then(|range| file.slice(range));
     let text = json_text(&file, json.start, json.end, &mut warnings)?;
     budget.charge(parsed_bound(text)).map_err(|e: OverBudget| (Place::Whole, e.into()))?;
-    let root = parse::parse(text, &At::Root)?;
-    convert::convert(root, bin, is_glb, files, budget, warnings)
+    let source = Source { text, bin, is_glb };
+    let charged = budget.used();
+    if let Some(texts) = nodes::NodeTexts::find(text, min_node_bytes) {
+        if let Ok(imported) = source.import_split(&texts, files, budget, warnings.clone()) {
+            return Ok(imported);
+        }
+        // The whole is parsed again, to say what is wrong.
+        budget.release(budget.used() - charged);
+    }
+    source.import_whole(files, budget, warnings)
+}
+
+/// A document.
+struct Source<'a> {
+    text: &'a str,
+    /// The second chunk of a GLB.
+    bin: Option<Blob>,
+    is_glb: bool,
+}
+
+impl Source<'_> {
+    fn import_whole(self, files: &Files<'_>, budget: &Budget, warnings: Warnings) -> Imported {
+        let root = parse::parse(self.text, &At::Root)?;
+        convert::convert(root, None, self.bin, self.is_glb, files, budget, warnings)
+    }
+
+    /// With the nodes apart from the rest. An error is not always the one that [`Source::import_whole`] gives.
+    fn import_split(
+        &self,
+        nodes: &nodes::NodeTexts<'_>,
+        files: &Files<'_>,
+        budget: &Budget,
+        warnings: Warnings,
+    ) -> Imported {
+        let rest = nodes.rest();
+        let root = parse::parse(&rest, &At::Root)?;
+        convert::convert(root, Some(nodes), self.bin.clone(), self.is_glb, files, budget, warnings)
+    }
 }
 
 fn json_text<'a>(file: &'a [u8], start: usize, end: usize, warnings: &mut Warnings) -> Result<&'a str, Fault> {
@@ -81,8 +127,8 @@ fn parsed_bound(text: &str) -> u64 {
     /// A vector of unknown values begins with room for four.
     const ARRAY: u64 = 4 * size_of::<serde_json::Value>() as u64 + VALUE;
     let [objects, arrays, members] = count_bytes(text.as_bytes(), [b'{', b'[', b',']);
-    // Strings are copied at most once into the schema and once into the scene.
-    2 * text.len() as u64 + OBJECT * objects + ARRAY * arrays + VALUE * members
+    // Strings are copied at most once into the schema and once into the scene, and what is not a node once before that.
+    3 * text.len() as u64 + OBJECT * objects + ARRAY * arrays + VALUE * members
 }
 
 /// How often each of some bytes occurs. Counters of one byte, emptied before they can overflow, let the compiler count

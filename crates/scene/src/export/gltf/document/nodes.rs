@@ -19,7 +19,7 @@ impl Document<'_> {
         self.index(o, "skin", x.skin);
         self.index(o, "camera", x.camera);
         match &x.transform {
-            Transform::Matrix(matrix) => o.numbers("matrix", matrix),
+            Transform::Matrix(matrix) => o.numbers("matrix", &**matrix),
             Transform::Trs { translation, rotation, scale } => {
                 numbers(o, stated, Member::Translation, translation, &[0.0; 3]);
                 numbers(o, stated, Member::Rotation, rotation, &[0.0, 0.0, 0.0, 1.0]);

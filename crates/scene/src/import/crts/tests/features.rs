@@ -8,7 +8,7 @@ fn a_triangle_is_what_the_file_says() {
     assert_eq!((imported.format, imported.warnings.len()), (Format::Crts, 0));
     let scene = imported.scene;
     let node = nth_node(&scene, 0);
-    assert_eq!((node.name.as_deref(), node.transform), (Some("object 0"), Transform::Matrix(IDENTITY)));
+    assert_eq!((node.name.as_deref(), &node.transform), (Some("object 0"), &Transform::Matrix(Box::new(IDENTITY))));
     let roots = &scene.scenes()[scene.default_scene().unwrap()].roots;
     assert_eq!(roots.iter().collect::<Vec<_>>(), scene.nodes().ids().collect::<Vec<_>>());
     let primitive = primitive_of(&scene, node);
@@ -256,7 +256,7 @@ fn a_mirroring_matrix_is_kept() {
     mirrored[0] = -1.0;
     mirrored[12] = f64::from(0.1f32);
     let scene = triangle().with("/objects/0/matrix", json!(mirrored)).load();
-    assert_eq!(nth_node(&scene, 0).transform, Transform::Matrix(mirrored));
+    assert_eq!(nth_node(&scene, 0).transform, Transform::Matrix(Box::new(mirrored)));
     assert!(nth_node(&scene, 0).transform.to_affine().matrix3.determinant() < 0.0);
 }
 

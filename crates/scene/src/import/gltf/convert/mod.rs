@@ -8,10 +8,12 @@ mod extra;
 mod geometry;
 mod images;
 mod materials;
+mod node;
 mod nodes;
 mod references;
 
 use super::extensions::{ALTERNATIVES, SUPPORTED};
+use super::nodes::NodeTexts;
 use super::{Fault, schema};
 use crate::Scene;
 use crate::import::ImportFault;
@@ -35,9 +37,10 @@ struct Converter<'c> {
     budget: &'c Budget,
 }
 
-/// Builds the scene. `bin` is the second chunk of a GLB.
+/// Builds the scene. `bin` is the second chunk of a GLB; `nodes` are those of the document, if `root` has none of them.
 pub fn convert(
     mut root: schema::Root<'_>,
+    nodes: Option<&NodeTexts<'_>>,
     bin: Option<Blob>,
     is_glb: bool,
     files: &Files<'_>,
@@ -47,6 +50,9 @@ pub fn convert(
     check_version(&root.asset)?;
     let mut c = Converter { scene: Scene::default(), counts: Counts::of(&root), warnings, files, budget };
     c.extensions(&root)?;
+    if let Some(texts) = nodes {
+        c.counts.nodes = texts.len();
+    }
     let at = &At::Root;
     let mut members = Members::new(root.extensions.take(), std::mem::take(&mut root.rest));
     let compressed = c.compressed_views(&mut root)?;
@@ -80,7 +86,10 @@ pub fn convert(
         c.packets(packets, &mut members)?;
     }
     c.skins(root.skins)?;
-    c.nodes(root.nodes)?;
+    match nodes {
+        Some(texts) => c.node_texts(texts)?,
+        None => c.nodes(root.nodes)?,
+    }
     c.animations(root.animations)?;
     c.scenes(root.scenes)?;
     c.scene.default_scene = root.scene.map(|s| c.counts.scene(s, &at.key("scene"))).transpose()?;

@@ -1,28 +1,86 @@
 //! Nodes, scenes, and what hangs at nodes: skins, cameras, lights.
 
+use super::node::NodeConverter;
 use super::{Converter, Members, Result, invalid};
 use crate::import::ImportFault;
+use crate::import::gltf::nodes::{NodeTexts, read};
+use crate::import::gltf::parse::parse;
 use crate::import::gltf::schema::{self, Int};
+use crate::import::warning::WarningKind;
 use crate::model::*;
 use crate::place::At;
+use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
 
-/// How far a rotation's length may be from 1 before it is worth a warning. It is normalised when used in any case.
-const UNIT_TOLERANCE: f64 = 1e-3;
-/// How far the last row of a matrix may be from (0, 0, 0, 1).
-const AFFINE_TOLERANCE: f64 = 1e-5;
 const NO_PARENT: u32 = u32::MAX;
+/// Nodes that one task reads, at least.
+const TASK_NODES: usize = 256;
 
 impl Converter<'_> {
     pub(super) fn nodes(&mut self, nodes: Vec<schema::Node<'_>>) -> Result<()> {
         let at = &At::Root.key("nodes");
         let parents = self.parents(&nodes, at)?;
-        check_cycles(&parents, &nodes, at)?;
-        self.scene.nodes.reserve(nodes.len());
+        check_cycles(&parents, |i| nodes[i].name.clone(), at)?;
+        let mut converted = Vec::with_capacity(nodes.len());
         for (i, n) in nodes.into_iter().enumerate() {
-            let parent = (parents[i] != NO_PARENT).then(|| Store::<NodeId, Node>::nth_id(parents[i] as usize));
-            let node = self.node(n, parent, &at.index(i))?;
-            self.scene.nodes.insert_nth(i, node);
+            let mut node = self.node(n, &at.index(i))?;
+            node.parent = parent(parents[i]);
+            converted.push(Some(node));
         }
+        self.scene.nodes = Store::from_values(converted);
+        Ok(())
+    }
+
+    fn node(&mut self, n: schema::Node<'_>, at: &At<'_>) -> Result<Node> {
+        let Self { scene, counts, warnings, .. } = self;
+        NodeConverter { scene, counts }
+            .node(n, at, &mut |what, at| warnings.push(WarningKind::Tolerated(what), || at.place()))
+    }
+
+    /// From text to slots, by all threads. An error is some error of the document, and not always the one to show:
+    /// [`Converter::nodes`] has an order.
+    pub(super) fn node_texts(&mut self, texts: &NodeTexts<'_>) -> Result<()> {
+        let at = &At::Root.key("nodes");
+        let parents: Vec<AtomicU32> = (0..texts.len()).map(|_| AtomicU32::new(NO_PARENT)).collect();
+        let (fault, warned) = (Mutex::new(None), Mutex::new(Vec::new()));
+        let convert = NodeConverter { scene: &self.scene, counts: &self.counts };
+        let convert_node = |i: usize| {
+            let at = &at.index(i);
+            let mut has_warning = false;
+            let node = convert.node(read_node(texts, i, at)?, at, &mut |_, _| has_warning = true)?;
+            for child in node.children.iter() {
+                let parent = &parents[Store::<NodeId, Node>::slot(child)];
+                if parent.swap(i as u32, Ordering::Relaxed) != NO_PARENT {
+                    return invalid(at, "a child has two parents");
+                }
+            }
+            if has_warning {
+                lock(&warned).push(i);
+            }
+            Ok(node)
+        };
+        let of_index = |i: usize| convert_node(i).map_err(|e| *lock(&fault) = Some(e)).ok();
+        let mut nodes = Vec::new();
+        (0..texts.len()).into_par_iter().with_min_len(TASK_NODES).map(of_index).collect_into_vec(&mut nodes);
+        if let Some(fault) = lock(&fault).take() {
+            return Err(fault);
+        }
+        let parents: Vec<u32> = parents.into_iter().map(AtomicU32::into_inner).collect();
+        check_cycles(&parents, |_| None, at)?;
+        nodes.par_iter_mut().zip(&parents).with_min_len(TASK_NODES).for_each(|(node, &index)| {
+            if let Some(node) = node {
+                node.parent = parent(index);
+            }
+        });
+        // Warnings are counted in the order of the document, so those nodes are converted again, one by one.
+        let mut warned = std::mem::take(&mut *lock(&warned));
+        warned.sort_unstable();
+        for i in warned {
+            let at = &at.index(i);
+            self.node(read_node(texts, i, at)?, at)?;
+        }
+        self.scene.nodes = Store::from_values(nodes);
         Ok(())
     }
 
@@ -49,139 +107,6 @@ impl Converter<'_> {
             }
         }
         Ok(parents)
-    }
-
-    fn node(&mut self, n: schema::Node<'_>, parent: Option<NodeId>, at: &At<'_>) -> Result<Node> {
-        let mut stated = Stated::default();
-        let transform = self.transform(&n, &mut stated, at)?;
-        // `parents` has checked each child.
-        let children = n.children.iter().map(|c| Store::<NodeId, Node>::nth_id(c.0 as usize)).collect();
-        let mesh = n.mesh.map(|m| self.counts.mesh(m, &at.key("mesh"))).transpose()?;
-        let skin = n.skin.map(|s| self.counts.skin(s, &at.key("skin"))).transpose()?;
-        let camera = n.camera.map(|c| self.counts.camera(c, &at.key("camera"))).transpose()?;
-        self.check_deformation(mesh, skin, n.weights.as_deref(), at);
-        let mut node = Node {
-            name: n.name,
-            parent,
-            children: Children(children),
-            transform,
-            mesh,
-            skin,
-            camera,
-            weights: n.weights,
-            ..Node::default()
-        };
-        if n.extensions.is_some() || n.extras.is_some() || n.rest.0.is_some() {
-            let mut members = Members::new(n.extensions, n.rest);
-            self.node_extensions(&mut members, &mut node, &mut stated, at)?;
-            node.extra = members.finish(n.extras, at)?;
-        }
-        node.extra.stated = stated;
-        Ok(node)
-    }
-
-    fn transform(&mut self, n: &schema::Node<'_>, stated: &mut Stated, at: &At<'_>) -> Result<Transform> {
-        let has_trs = n.translation.is_some() || n.rotation.is_some() || n.scale.is_some();
-        if let Some(m) = &n.matrix {
-            if has_trs {
-                self.tolerate("the node has a matrix besides translation, rotation or scale; the matrix counts", at);
-            }
-            let last_row = [m[3], m[7], m[11], m[15] - 1.0];
-            if last_row.iter().any(|v| v.abs() > AFFINE_TOLERANCE) {
-                return invalid(&at.key("matrix"), "the last row of the matrix must be 0, 0, 0, 1");
-            }
-            return Ok(Transform::Matrix(**m));
-        }
-        if !has_trs {
-            return Ok(Transform::default());
-        }
-        let rotation = stated.note(Member::Rotation, n.rotation).unwrap_or([0.0, 0.0, 0.0, 1.0]);
-        let length = rotation.iter().map(|v| v * v).sum::<f64>().sqrt();
-        if (length - 1.0).abs() > UNIT_TOLERANCE {
-            self.tolerate("the rotation is not of unit length; it is normalised", &at.key("rotation"));
-        }
-        Ok(Transform::Trs {
-            translation: stated.note(Member::Translation, n.translation).unwrap_or([0.0; 3]),
-            rotation,
-            scale: stated.note(Member::Scale, n.scale).unwrap_or([1.0; 3]),
-        })
-    }
-
-    /// Says what a skin or weights cannot do here.
-    fn check_deformation(&mut self, mesh: Option<MeshId>, skin: Option<SkinId>, weights: Option<&[f64]>, at: &At<'_>) {
-        let primitives = mesh.map_or(&[][..], |m| &self.scene.meshes[m].primitives);
-        let targets = primitives.first().map_or(0, |p| p.targets.len());
-        let bound = primitives.iter().all(|p| p.attributes.get("JOINTS_0").is_some());
-        if skin.is_some() && mesh.is_none() {
-            self.tolerate("the node has a skin, but no mesh", &at.key("skin"));
-        } else if skin.is_some() && !bound {
-            self.tolerate("the mesh has no joints; the skin does not move it", &at.key("skin"));
-        }
-        if weights.is_some_and(|w| w.len() != targets) {
-            self.tolerate("there are not as many weights as morph targets", &at.key("weights"));
-        }
-    }
-
-    fn node_extensions<'a>(
-        &mut self,
-        members: &mut Members<'a>,
-        node: &mut Node,
-        stated: &mut Stated,
-        at: &At<'_>,
-    ) -> Result<()> {
-        let extensions = &at.key("extensions");
-        let name = "KHR_lights_punctual";
-        if let Some(e) = members.take::<schema::NodeLight<'a>>(name, at)? {
-            node.light = Some(self.counts.light(e.light, &extensions.key(name).key("light"))?);
-            members.keep_rest(name, e.extensions, e.extras, e.rest, at)?;
-        }
-        let name = "KHR_node_visibility";
-        if let Some(e) = members.take::<schema::NodeVisibility<'a>>(name, at)? {
-            node.visible = Some(stated.note(Member::Visible, e.visible).unwrap_or(true));
-            members.keep_rest(name, e.extensions, e.extras, e.rest, at)?;
-        }
-        let name = "EXT_mesh_gpu_instancing";
-        if let Some(e) = members.take::<schema::Instancing<'a>>(name, at)? {
-            node.instancing = Some(Box::new(self.instancing(e, &extensions.key(name))?));
-        }
-        Ok(())
-    }
-
-    fn instancing(&mut self, e: schema::Instancing<'_>, at: &At<'_>) -> Result<Instancing> {
-        let attributes_at = &at.key("attributes");
-        let mut out = Instancing {
-            translation: None,
-            rotation: None,
-            scale: None,
-            custom: Vec::new(),
-            extra: Members::new(e.extensions, e.rest).finish(e.extras, at)?,
-        };
-        let mut count = None;
-        for (semantic, index) in e.attributes.0 {
-            let at = &attributes_at.key(&semantic);
-            let id = self.counts.accessor(index, at)?;
-            let accessor = &self.scene.accessors[id];
-            if *count.get_or_insert(accessor.count) != accessor.count {
-                return invalid(at, "the instance attributes have different numbers of elements");
-            }
-            let (slot, element) = match semantic.as_str() {
-                "TRANSLATION" => (&mut out.translation, ElementType::Vec3),
-                "ROTATION" => (&mut out.rotation, ElementType::Vec4),
-                "SCALE" => (&mut out.scale, ElementType::Vec3),
-                _ => {
-                    out.custom.push((semantic, id));
-                    continue;
-                }
-            };
-            if accessor.element_type != element {
-                return invalid(at, format!("{semantic} cannot be {:?}", accessor.element_type));
-            }
-            *slot = Some(id);
-        }
-        if count.is_none() {
-            self.tolerate("there are no instance attributes; the mesh is shown once", at);
-        }
-        Ok(out)
     }
 
     pub(super) fn scenes(&mut self, scenes: Vec<schema::Scene<'_>>) -> Result<()> {
@@ -351,9 +276,27 @@ impl Converter<'_> {
     }
 }
 
+fn parent(index: u32) -> Option<NodeId> {
+    (index != NO_PARENT).then(|| Store::<NodeId, Node>::nth_id(index as usize))
+}
+
+/// A node by its text: by the short way, if it is plain.
+fn read_node<'a>(texts: &NodeTexts<'a>, i: usize, at: &At<'_>) -> Result<schema::Node<'a>> {
+    let Some(text) = texts.get(i) else { return invalid(at, "the nodes are no list of objects") };
+    match read(text) {
+        Some(node) => Ok(node),
+        None => parse(text, at),
+    }
+}
+
+/// What is behind it is whole at any time, also after a panic.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
 /// Each node has one parent at most, so a cycle is a chain of parents that comes back. Every chain is climbed until it
 /// meets a node that an earlier one has passed: O(n), without a stack.
-fn check_cycles(parents: &[u32], nodes: &[schema::Node<'_>], at: &At<'_>) -> Result<()> {
+fn check_cycles(parents: &[u32], name: impl Fn(usize) -> Option<String>, at: &At<'_>) -> Result<()> {
     let mut passed_by = vec![NO_PARENT; parents.len()];
     for start in 0..parents.len() {
         let mut node = start;
@@ -364,7 +307,7 @@ fn check_cycles(parents: &[u32], nodes: &[schema::Node<'_>], at: &At<'_>) -> Res
             }
             node = parents[node] as usize;
             if passed_by[node] == start as u32 {
-                let fault = ImportFault::Cycle { node, name: nodes[node].name.clone() };
+                let fault = ImportFault::Cycle { node, name: name(node) };
                 return Err((at.index(node).place(), fault));
             }
         }

@@ -6,7 +6,8 @@ use serde_json::value::RawValue;
 
 /// A glTF object: its own members, the two that every object may have, and those that nobody knows.
 macro_rules! object {
-    ($name:ident { $($(#[$meta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
+    ($(#[$outer:meta])* $name:ident { $($(#[$meta:meta])* $field:ident: $ty:ty),* $(,)? }) => {
+        $(#[$outer])*
         #[derive(Debug, Deserialize)]
         #[serde(rename_all = "camelCase")]
         pub struct $name<'a> {
@@ -72,7 +73,7 @@ object!(Scene {
 });
 
 // Documents have up to millions of nodes: what is rare is boxed.
-object!(Node {
+object!(#[derive(Default)] Node {
     name: Option<String>,
     #[serde(default)]
     children: Vec<Int>,

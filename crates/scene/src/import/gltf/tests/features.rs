@@ -45,9 +45,9 @@ fn a_matrix_is_kept_as_a_matrix_and_trs_as_trs() {
     let scene = load(&document(json!({
         "nodes": [{ "matrix": matrix }, { "rotation": [0, 1, 0, 0], "scale": [2, 3, 4] }, {}],
     })));
-    let transforms: Vec<Transform> = scene.nodes().iter().map(|(_, n)| n.transform).collect();
+    let transforms: Vec<Transform> = scene.nodes().iter().map(|(_, n)| n.transform.clone()).collect();
     assert_eq!(transforms[0], Transform::Matrix(matrix.try_into().unwrap()));
-    let Transform::Trs { translation, rotation, scale } = transforms[1] else { panic!() };
+    let Transform::Trs { translation, rotation, scale } = transforms[1].clone() else { panic!() };
     assert_eq!((translation, rotation, scale), ([0.0; 3], [0.0, 1.0, 0.0, 0.0], [2.0, 3.0, 4.0]));
     assert_eq!(transforms[2], Transform::default());
 }

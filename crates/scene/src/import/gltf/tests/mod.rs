@@ -5,15 +5,43 @@ mod draco;
 mod extensions;
 mod features;
 mod limits;
+mod nodes;
 mod refusals;
 
+use super::{GLB_MAGIC, import_document};
 use crate::Scene;
+use crate::import::budget::Budget;
+use crate::import::files::Files;
 use crate::import::{ImportOptions, Imported, import_slice};
 use serde_json::{Value, json};
+use std::path::Path;
 
-/// Imports a document; the error as the user sees it.
+/// Imports a document; the error as the user sees it. Reading its nodes apart, as those of long documents are, has to make
+/// no difference.
 fn import(document: &Value) -> Result<Imported, String> {
+    both_ways(document.to_string().as_bytes(), None);
     import_slice(document.to_string(), None, "a.gltf", &ImportOptions::default()).map_err(|e| e.to_string())
+}
+
+/// Imports a document with its nodes among the rest and apart from it, and compares what comes of it.
+fn both_ways(bytes: &[u8], folder: Option<&Path>) {
+    let [whole, split] = [usize::MAX, 0].map(|min_node_bytes| {
+        let budget = Budget::new(8 << 30);
+        let files = Files::new(folder, false, &budget);
+        let imported = import_document(bytes.to_vec(), bytes.starts_with(GLB_MAGIC), &files, &budget, min_node_bytes);
+        imported.map_err(|(place, fault)| format!("{place}{fault}"))
+    });
+    match (whole, split) {
+        (Ok((whole, warnings)), Ok((split, split_warnings))) => {
+            assert_eq!(warnings, split_warnings);
+            whole.same_document(&split).unwrap_or_else(|difference| panic!("{difference}"));
+            for (a, b) in whole.nodes().iter().zip(split.nodes().iter()) {
+                assert_eq!(a, b, "ids, parents and what is stated");
+            }
+        }
+        (Err(whole), Err(split)) => assert_eq!(whole, split),
+        (whole, split) => panic!("{:?} and {:?}", whole.map(|_| ()), split.map(|_| ())),
+    }
 }
 
 fn load(document: &Value) -> Scene {
