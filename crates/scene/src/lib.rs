@@ -6,6 +6,7 @@
 pub mod accessor;
 pub mod codec;
 mod compare;
+pub mod edit;
 pub mod export;
 pub mod import;
 pub mod model;

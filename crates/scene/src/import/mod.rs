@@ -9,7 +9,7 @@ pub(crate) mod crts;
 pub(crate) mod data_uri;
 mod error;
 pub(crate) mod files;
-mod gltf;
+pub(crate) mod gltf;
 mod image_type;
 mod obj;
 mod warning;

@@ -1,7 +1,8 @@
 use super::{AccessorId, Extra, NodeId};
+use serde::{Deserialize, Serialize};
 
 /// An animation. It is kept and saved; the rest pose is what the document's nodes say.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Animation {
     /// `name`.
     pub name: Option<String>,
@@ -14,7 +15,7 @@ pub struct Animation {
 }
 
 /// What a channel moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnimationPath {
     /// `translation`.
     Translation,
@@ -29,7 +30,7 @@ pub enum AnimationPath {
 }
 
 /// A channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AnimationChannel {
     /// Index into [`Animation::samplers`].
     pub sampler: usize,
@@ -44,7 +45,7 @@ pub struct AnimationChannel {
 }
 
 /// `interpolation`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interpolation {
     /// `LINEAR`.
     #[default]
@@ -56,7 +57,7 @@ pub enum Interpolation {
 }
 
 /// Key frames.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AnimationSampler {
     /// Times in seconds.
     pub input: AccessorId,

@@ -1,8 +1,9 @@
 use super::AnyId;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// What an object carries besides what is modelled: kept for export, byte for byte in meaning.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extra {
     /// glTF `extras`.
     pub extras: Option<Box<Value>>,
@@ -34,7 +35,7 @@ impl Extra {
 }
 
 /// What few objects have, apart, so that the others do not pay for it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Other {
     /// Members that neither the specification nor an extension knows.
     pub members: Map<String, Value>,
@@ -43,7 +44,7 @@ pub struct Other {
 }
 
 /// An index inside an extension that is kept as JSON: which object it means.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Link {
     /// Where: a JSON pointer below the `extensions` object, such as `/KHR_texture_basisu/source`. What is there is a
     /// number, or a JSON pointer into the document (KHR_animation_pointer), whose first index is meant.
@@ -56,7 +57,7 @@ macro_rules! members {
     ($($variant:ident = $name:literal,)*) => {
         /// A member that has a default. The model holds its value; whether a file that says what goes without saying is
         /// kept in [`Stated`].
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
         #[repr(u8)]
         pub enum Member {
             $(#[doc = concat!("`", $name, "`.")] $variant,)*
@@ -121,7 +122,7 @@ members! {
 
 /// The members with a default that a file states. Export writes those that are stated, and those that differ from the
 /// default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stated(u64);
 
 impl Stated {

@@ -1,4 +1,5 @@
 use super::{AccessorId, Blob, BufferId, BufferViewId, Extra, MaterialId, VariantId};
+use serde::{Deserialize, Serialize};
 
 /// A buffer: bytes that views refer to.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,7 +162,7 @@ pub struct Sparse {
 }
 
 /// `mode`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum PrimitiveMode {
     /// 0.
@@ -182,7 +183,7 @@ pub enum PrimitiveMode {
 }
 
 /// The attributes of a primitive or of a morph target, by semantic, in file order.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Attributes(pub Vec<(String, AccessorId)>);
 
 impl Attributes {
@@ -193,7 +194,7 @@ impl Attributes {
 }
 
 /// KHR_materials_variants: a material for some of the variants.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VariantMapping {
     /// The material.
     pub material: MaterialId,
@@ -206,7 +207,7 @@ pub struct VariantMapping {
 }
 
 /// One geometry of a mesh with its material.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Primitive {
     /// Vertex attributes.
     pub attributes: Attributes,
@@ -225,7 +226,7 @@ pub struct Primitive {
 }
 
 /// A mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// `name`.
     pub name: Option<String>,

@@ -30,7 +30,8 @@ macro_rules! ids {
         }
 
         /// The id of an object of any kind.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+        #[serde(rename_all = "snake_case")]
         pub enum AnyId {
             $($(#[$doc])* $kind($id),)*
         }
@@ -53,6 +54,43 @@ macro_rules! ids {
         }
 
         impl Scene {
+            /// Takes an object out of the document, or back in.
+            pub(crate) fn set_parked(&mut self, id: AnyId, parked: bool) -> bool {
+                match id { $(AnyId::$kind(id) => self.$store.set_parked(id, parked),)* }
+            }
+
+            /// Ends a parked object.
+            pub(crate) fn purge(&mut self, id: AnyId) {
+                match id { $(AnyId::$kind(id) => drop(self.$store.purge(id)),)* }
+            }
+
+            /// Objects of all kinds that are parked.
+            pub fn parked_objects(&self) -> usize {
+                let counts = [$(self.$store.parked()),*];
+                counts.iter().sum()
+            }
+
+            /// Inserts copies of all objects of another document, parked. The answer gives each old id its new one; what the
+            /// copies refer to is not changed.
+            pub(crate) fn insert_parked_copies(&mut self, other: &Scene) -> Vec<(AnyId, AnyId)> {
+                let mut ids = Vec::new();
+                $(for (id, object) in other.$store.iter() {
+                    let new = self.$store.insert_parked(object.clone());
+                    ids.push((id.into(), new.into()));
+                })*
+                ids
+            }
+
+            /// The object of a kind that is in a slot: its index in the file that was loaded.
+            pub fn id_in_slot(&self, kind: Kind, slot: usize) -> Option<AnyId> {
+                match kind { $(Kind::$kind => self.$store.id_in_slot(slot).map(AnyId::$kind),)* }
+            }
+
+            /// One past the largest slot of a kind that was ever used.
+            pub(crate) fn slot_bound(&self, kind: Kind) -> usize {
+                match kind { $(Kind::$kind => self.$store.slot_bound(),)* }
+            }
+
             /// How many objects of a kind there are.
             pub fn count(&self, kind: Kind) -> usize {
                 match kind { $(Kind::$kind => self.$store.len(),)* }
@@ -67,6 +105,7 @@ macro_rules! ids {
             /// them is as before: it has to follow.
             pub(crate) fn restored(&self) -> Scene {
                 let mut scene = self.clone();
+                scene.editing = Default::default();
                 $({
                     scene.$store = Store::default();
                     for (i, object) in self.$store.values().enumerate() {
@@ -84,6 +123,13 @@ macro_rules! ids {
 
         $(impl Id for $id {
             const KIND: Kind = Kind::$kind;
+
+            fn from_any(id: AnyId) -> Option<Self> {
+                match id {
+                    AnyId::$kind(id) => Some(id),
+                    _ => None,
+                }
+            }
         }
 
         impl From<$id> for AnyId {
@@ -99,6 +145,9 @@ macro_rules! ids {
 pub trait Id: Key + Into<AnyId> {
     /// The kind.
     const KIND: Kind;
+
+    /// The id, if it is of this kind.
+    fn from_any(id: AnyId) -> Option<Self>;
 }
 
 ids! {

@@ -1,7 +1,8 @@
 use super::{Extra, TextureId};
+use serde::{Deserialize, Serialize};
 
 /// KHR_texture_transform.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureTransform {
     /// Added last.
     pub offset: [f64; 2],
@@ -16,7 +17,7 @@ pub struct TextureTransform {
 }
 
 /// A material's reference to a texture.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureInfo {
     /// `index`.
     pub texture: TextureId,
@@ -31,7 +32,7 @@ pub struct TextureInfo {
 }
 
 /// `alphaMode`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AlphaMode {
     /// `OPAQUE`.
     #[default]
@@ -43,7 +44,7 @@ pub enum AlphaMode {
 }
 
 /// A material: metallic-roughness with every ratified material extension.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// `name`.
     pub name: Option<String>,
@@ -137,7 +138,7 @@ impl Default for Material {
 }
 
 /// KHR_materials_clearcoat.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clearcoat {
     /// `clearcoatFactor`.
     pub factor: f64,
@@ -154,7 +155,7 @@ pub struct Clearcoat {
 }
 
 /// KHR_materials_transmission.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Transmission {
     /// `transmissionFactor`.
     pub factor: f64,
@@ -165,7 +166,7 @@ pub struct Transmission {
 }
 
 /// KHR_materials_diffuse_transmission.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiffuseTransmission {
     /// `diffuseTransmissionFactor`.
     pub factor: f64,
@@ -180,7 +181,7 @@ pub struct DiffuseTransmission {
 }
 
 /// KHR_materials_volume.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Volume {
     /// `thicknessFactor`, metres in object space.
     pub thickness: f64,
@@ -195,7 +196,7 @@ pub struct Volume {
 }
 
 /// KHR_materials_specular.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Specular {
     /// `specularFactor`.
     pub factor: f64,
@@ -210,7 +211,7 @@ pub struct Specular {
 }
 
 /// KHR_materials_sheen.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sheen {
     /// `sheenColorFactor`.
     pub color: [f64; 3],
@@ -225,7 +226,7 @@ pub struct Sheen {
 }
 
 /// KHR_materials_iridescence.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Iridescence {
     /// `iridescenceFactor`.
     pub factor: f64,
@@ -244,7 +245,7 @@ pub struct Iridescence {
 }
 
 /// KHR_materials_anisotropy.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anisotropy {
     /// `anisotropyStrength`.
     pub strength: f64,

@@ -5,6 +5,7 @@
 
 mod animation;
 mod blob;
+mod children;
 mod extra;
 mod geometry;
 mod ids;
@@ -17,6 +18,7 @@ mod texture;
 
 pub use animation::*;
 pub use blob::Blob;
+pub use children::Children;
 pub use extra::*;
 pub use geometry::*;
 pub use ids::*;
@@ -83,6 +85,10 @@ pub struct Scene {
     /// Those of `extensions_used` that the file declares although nothing in it shows a use: export keeps them.
     pub(crate) extensions_declared_only: Vec<String>,
     pub(crate) extra: Extra,
+    /// The material variant to show. It is edited and undone like the rest, and not part of a glTF document.
+    pub(crate) shown_variant: Option<VariantId>,
+    /// What edits need besides the document.
+    pub(crate) editing: crate::edit::Editing,
 }
 
 macro_rules! getters {
@@ -139,6 +145,11 @@ impl Scene {
         self.default_scene
     }
 
+    /// The material variant to show, if one has been selected.
+    pub fn shown_variant(&self) -> Option<VariantId> {
+        self.shown_variant
+    }
+
     /// `extensionsUsed`, in file order.
     pub fn extensions_used(&self) -> &[String] {
         &self.extensions_used
@@ -161,6 +172,28 @@ impl Scene {
         let view = self.buffer_views.get(id)?;
         let buffer = self.buffers.get(view.buffer)?;
         buffer.data.slice(view.offset..view.offset.checked_add(view.length)?)
+    }
+
+    /// The name of an object; `None` if it has none, or its kind has none.
+    pub fn name_of(&self, id: AnyId) -> Option<&str> {
+        match id {
+            AnyId::Scene(id) => self.scenes.get(id)?.name.as_deref(),
+            AnyId::Node(id) => self.nodes.get(id)?.name.as_deref(),
+            AnyId::Mesh(id) => self.meshes.get(id)?.name.as_deref(),
+            AnyId::Material(id) => self.materials.get(id)?.name.as_deref(),
+            AnyId::Texture(id) => self.textures.get(id)?.name.as_deref(),
+            AnyId::Image(id) => self.images.get(id)?.name.as_deref(),
+            AnyId::Sampler(id) => self.samplers.get(id)?.name.as_deref(),
+            AnyId::Accessor(id) => self.accessors.get(id)?.name.as_deref(),
+            AnyId::BufferView(id) => self.buffer_views.get(id)?.name.as_deref(),
+            AnyId::Buffer(id) => self.buffers.get(id)?.name.as_deref(),
+            AnyId::Skin(id) => self.skins.get(id)?.name.as_deref(),
+            AnyId::Animation(id) => self.animations.get(id)?.name.as_deref(),
+            AnyId::Camera(id) => self.cameras.get(id)?.name.as_deref(),
+            AnyId::Light(id) => self.lights.get(id)?.name.as_deref(),
+            AnyId::Variant(id) => Some(&self.variants.get(id)?.name),
+            AnyId::Packet(_) => None,
+        }
     }
 
     /// What the document itself carries besides what is modelled.

@@ -1,29 +1,9 @@
-use super::{AccessorId, CameraId, Extra, LightId, MeshId, NodeId, SkinId};
+use super::{AccessorId, CameraId, Children, Extra, LightId, MeshId, NodeId, SkinId};
+use serde::{Deserialize, Serialize};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
-/// Child nodes in order.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Children(pub(crate) Vec<NodeId>);
-
-impl Children {
-    /// The children in order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = NodeId> + DoubleEndedIterator + '_ {
-        self.0.iter().copied()
-    }
-
-    /// How many.
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
 /// A node's local transform, as the file has it: parent from node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Transform {
     /// Translation, rotation and scale: `T * R * S`.
     Trs {
@@ -107,7 +87,7 @@ pub struct Node {
 }
 
 /// A skin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skin {
     /// `name`.
     pub name: Option<String>,
@@ -122,7 +102,7 @@ pub struct Skin {
 }
 
 /// A camera.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// `name`.
     pub name: Option<String>,
@@ -149,7 +129,7 @@ impl Camera {
 }
 
 /// A camera's projection.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CameraProjection {
     /// `perspective`.
     Perspective {
@@ -180,7 +160,7 @@ pub enum CameraProjection {
 }
 
 /// KHR_lights_punctual.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// `name`.
     pub name: Option<String>,
@@ -199,7 +179,7 @@ pub struct Light {
 }
 
 /// The kind of a punctual light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// `directional`.
     Directional,

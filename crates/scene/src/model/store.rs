@@ -7,21 +7,28 @@ use std::marker::PhantomData;
 /// Slots are filled in place (by many threads, where an import makes them so), and a slot takes no more than its object
 /// where the object has a niche. The version of a slot is odd while it holds an object and rises with every change, so
 /// that an id (slot and version) means one object for ever.
+///
+/// An object that an edit takes out of the document is parked: it stays where it is for the history, and nothing here shows
+/// it until it comes back under its id. Its slot's version carries [`PARKED`], so that its id is stale as long as it lasts.
 #[derive(Clone, Debug)]
 pub struct Store<K: Key, V> {
     values: Vec<Option<V>>,
     versions: Vec<u32>,
     /// Slots without an object; the last one is filled next.
     free: Vec<u32>,
+    parked: usize,
     keys: PhantomData<fn(K) -> K>,
 }
+
+/// The bit of a version that says that the slot's object is parked.
+const PARKED: u32 = 1 << 31;
 
 /// The version of a slot that is filled for the first time.
 const FIRST_VERSION: u32 = 1;
 
 impl<K: Key, V> Default for Store<K, V> {
     fn default() -> Self {
-        Self { values: Vec::new(), versions: Vec::new(), free: Vec::new(), keys: PhantomData }
+        Self { values: Vec::new(), versions: Vec::new(), free: Vec::new(), parked: 0, keys: PhantomData }
     }
 }
 
@@ -35,7 +42,7 @@ impl<K: Key, V> Store<K, V> {
     /// Objects.
     #[inline]
     pub fn len(&self) -> usize {
-        self.values.len() - self.free.len()
+        self.values.len() - self.free.len() - self.parked
     }
 
     /// Whether there are none.
@@ -47,17 +54,19 @@ impl<K: Key, V> Store<K, V> {
     /// All objects with their ids, in slot order.
     pub fn iter(&self) -> impl Iterator<Item = (K, &V)> {
         let objects = self.values.iter().zip(&self.versions).enumerate();
-        objects.filter_map(|(slot, (value, &version))| Some((Self::id(slot, version), value.as_ref()?)))
+        let seen = objects.filter(|(_, (_, version))| **version & PARKED == 0);
+        seen.filter_map(|(slot, (value, &version))| Some((Self::id(slot, version), value.as_ref()?)))
     }
 
     /// All objects, in slot order, to be changed.
     pub(crate) fn values_mut(&mut self) -> impl Iterator<Item = &mut V> {
-        self.values.iter_mut().flatten()
+        let seen = self.values.iter_mut().zip(&self.versions).filter(|(_, version)| **version & PARKED == 0);
+        seen.filter_map(|(value, _)| value.as_mut())
     }
 
     /// All objects, in slot order.
     pub fn values(&self) -> impl Iterator<Item = &V> {
-        self.values.iter().flatten()
+        self.iter().map(|(_, value)| value)
     }
 
     /// All ids, in slot order.
@@ -90,7 +99,7 @@ impl<K: Key, V> Store<K, V> {
         assert!(values.iter().all(Option::is_some), "every slot of a new store holds an object");
         assert!(values.len() < u32::MAX as usize, "an id has 32 bits for its slot");
         let versions = vec![FIRST_VERSION; values.len()];
-        Self { values, versions, free: Vec::new(), keys: PhantomData }
+        Self { values, versions, free: Vec::new(), parked: 0, keys: PhantomData }
     }
 
     pub(crate) fn reserve(&mut self, additional: usize) {
@@ -102,7 +111,7 @@ impl<K: Key, V> Store<K, V> {
         let slot = match self.free.pop() {
             Some(slot) => {
                 let slot = slot as usize;
-                self.versions[slot] = self.versions[slot].wrapping_add(1);
+                self.versions[slot] += 1;
                 self.values[slot] = Some(value);
                 slot
             }
@@ -133,18 +142,67 @@ impl<K: Key, V> Store<K, V> {
         id
     }
 
-    #[cfg_attr(not(test), expect(dead_code, reason = "edits will remove objects"))]
-    pub(crate) fn remove(&mut self, id: K) -> Option<V> {
-        let slot = self.live_slot(id)?;
-        let value = self.values[slot].take();
-        self.versions[slot] = self.versions[slot].wrapping_add(1);
-        self.free.push(slot as u32);
-        value
-    }
-
     pub(crate) fn get_mut(&mut self, id: K) -> Option<&mut V> {
         let slot = self.live_slot(id)?;
         self.values[slot].as_mut()
+    }
+
+    /// The object in a slot, if there is one: for references by the index of the file that was loaded.
+    pub fn id_in_slot(&self, slot: usize) -> Option<K> {
+        let version = *self.versions.get(slot)?;
+        (self.values[slot].is_some() && version & PARKED == 0).then(|| Self::id(slot, version))
+    }
+
+    /// Inserts an object that is parked: it has an id, and nobody sees it yet.
+    pub(crate) fn insert_parked(&mut self, value: V) -> K {
+        let id = self.insert(value);
+        self.set_parked(id, true);
+        id
+    }
+
+    /// Takes an object out of the document, or back in. Whether it was the other way before.
+    pub(crate) fn set_parked(&mut self, id: K, parked: bool) -> bool {
+        let Some(slot) = self.held_slot(id).filter(|&slot| (self.versions[slot] & PARKED != 0) != parked) else {
+            return false;
+        };
+        self.versions[slot] ^= PARKED;
+        self.parked = if parked { self.parked + 1 } else { self.parked - 1 };
+        true
+    }
+
+    /// An object, parked or not.
+    pub(crate) fn get_any(&self, id: K) -> Option<&V> {
+        self.values[self.held_slot(id)?].as_ref()
+    }
+
+    /// [`Store::get_any`], to be changed.
+    pub(crate) fn get_any_mut(&mut self, id: K) -> Option<&mut V> {
+        let slot = self.held_slot(id)?;
+        self.values[slot].as_mut()
+    }
+
+    /// Ends an object that is parked: its id is stale from now on, and its slot is free.
+    pub(crate) fn purge(&mut self, id: K) -> Option<V> {
+        let slot = self.held_slot(id).filter(|&slot| self.versions[slot] & PARKED != 0)?;
+        self.parked -= 1;
+        self.versions[slot] = (self.versions[slot] & !PARKED) + 1;
+        // After a thousand million objects a slot has no new version left, and is given up.
+        if self.versions[slot] < PARKED - 2 {
+            self.free.push(slot as u32);
+        }
+        self.values[slot].take()
+    }
+
+    /// Objects that are parked.
+    pub(crate) fn parked(&self) -> usize {
+        self.parked
+    }
+
+    /// The slot of an object, parked or not.
+    fn held_slot(&self, id: K) -> Option<usize> {
+        let slot = Self::slot(id);
+        let version = (id.data().as_ffi() >> 32) as u32;
+        (*self.versions.get(slot)? & !PARKED == version).then_some(slot)
     }
 
     #[inline]
@@ -183,15 +241,34 @@ mod tests {
     fn an_id_means_one_object_for_ever() {
         let mut store = Names::default();
         let (a, b) = (store.insert("a"), store.insert("b"));
-        assert_eq!(store.remove(a), Some("a"));
-        assert_eq!(store.remove(a), None);
-        assert_eq!((store.get(a), store.len()), (None, 1));
+        assert!(store.set_parked(a, true));
+        assert_eq!(store.purge(a), Some("a"));
+        assert_eq!((store.purge(a), store.purge(b)), (None, None));
+        assert_eq!((store.get(a), store.get_any(a), store.len()), (None, None, 1));
         let c = store.insert("c");
         assert_eq!((Names::slot(c), store.slot_bound()), (Names::slot(a), 2), "the slot is used again");
         assert_ne!(a, c);
         assert_eq!((store.get(a), store.get(b), store.get(c)), (None, Some(&"b"), Some(&"c")));
         *store.get_mut(c).unwrap() = "d";
         assert_eq!(store.iter().collect::<Vec<_>>(), [(c, &"d"), (b, &"b")], "in slot order");
+    }
+
+    #[test]
+    fn a_parked_object_is_not_seen_and_comes_back_under_its_id() {
+        let mut store = Names::default();
+        let [a, b, c] = ["a", "b", "c"].map(|value| store.insert(value));
+        assert!(store.set_parked(b, true));
+        assert!(!store.set_parked(b, true));
+        assert_eq!((store.len(), store.parked(), store.get(b), store.get_any(b)), (2, 1, None, Some(&"b")));
+        assert_eq!(store.values().copied().collect::<String>(), "ac");
+        assert_eq!(store.values_mut().map(|value| *value).collect::<String>(), "ac");
+        assert_eq!(store.ids().collect::<Vec<_>>(), [a, c]);
+        assert_eq!((store.id_in_slot(0), store.id_in_slot(1), store.id_in_slot(3)), (Some(a), None, None));
+        // What comes while it is parked takes another slot.
+        store.insert("d");
+        assert!(store.set_parked(b, false));
+        assert_eq!(store.values().copied().collect::<String>(), "abcd");
+        assert_eq!(store.get(b), Some(&"b"));
     }
 
     #[test]

@@ -21,9 +21,9 @@ pub use walk::{visit, visit_object};
 
 pub(crate) use raw::{connect, pointer_index};
 pub(crate) use used::declared_extensions;
-pub(crate) use walk::visit_mut;
+pub(crate) use walk::{visit_mut, visit_object_mut};
 
-use crate::model::{AnyId, Extra, Id, NodeId};
+use crate::model::{AnyId, Children, Extra, Id, NodeId};
 pub use crate::place::At;
 
 /// Sees every reference of a document.
@@ -31,6 +31,11 @@ pub trait Visitor {
     /// A reference, and where the document has it. For an index inside an extension that is kept as JSON the place is
     /// that of the index, or of the JSON pointer that holds it.
     fn slot<K: Id>(&mut self, id: K, at: &At<'_>);
+
+    /// The children of a node, or the roots of a scene. The default sees each as a reference.
+    fn children(&mut self, children: &Children, at: &At<'_>) {
+        children.each(|i, &id| self.slot(id, &at.index(i)));
+    }
 
     /// What an object carries besides what is modelled. The default sees the references in it.
     fn extra(&mut self, extra: &Extra, at: &At<'_>) {
@@ -48,6 +53,11 @@ pub trait Visitor {
 pub trait VisitorMut {
     /// A reference, and where the document has it.
     fn slot<K: Id>(&mut self, id: &mut K, at: &At<'_>);
+
+    /// The children of a node, or the roots of a scene. The default sees each as a reference.
+    fn children(&mut self, children: &mut Children, at: &At<'_>) {
+        children.each_mut(|i, id| self.slot(id, &at.index(i)));
+    }
 
     /// What an object carries besides what is modelled. The default sees the references in it.
     fn extra(&mut self, extra: &mut Extra, at: &At<'_>) {

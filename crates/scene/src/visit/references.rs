@@ -2,7 +2,7 @@
 
 use super::{At, Visitor, visit_object, walk};
 use crate::Scene;
-use crate::model::{AnyId, Id, Kind};
+use crate::model::{AnyId, Children, Id, Kind, NodeId, SceneId};
 use std::collections::BTreeMap;
 
 /// Who refers to something.
@@ -16,6 +16,9 @@ pub enum Owner {
 
 /// The reverse-reference index: for each object, who refers to it and how often. Built in O(n log n); brought up to date
 /// in O(log n) for each reference of the objects that an edit changes.
+///
+/// That a node is the child of another is not in it: the child itself says so ([`Node::parent`](crate::model::Node)). That
+/// it is a root of a scene is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReferenceIndex(BTreeMap<(AnyId, Owner), u32>);
 
@@ -25,17 +28,29 @@ impl<F: FnMut(AnyId)> Visitor for Targets<F> {
     fn slot<K: Id>(&mut self, id: K, _: &At<'_>) {
         self.0(id.into());
     }
+
+    /// A node of a million children is changed without a look at them; roots are counted one by one.
+    fn children(&mut self, _: &Children, _: &At<'_>) {}
+}
+
+/// Everything that an object refers to, but for children.
+fn targets(scene: &Scene, owner: AnyId, mut see: impl FnMut(AnyId)) {
+    visit_object(scene, owner, &mut Targets(&mut see));
+    if let AnyId::Scene(id) = owner
+        && let Some(roots) = scene.scenes.get_any(id)
+    {
+        roots.roots.iter().for_each(|root| see(root.into()));
+    }
 }
 
 impl ReferenceIndex {
     /// The index of a whole document.
     pub fn of(scene: &Scene) -> Self {
         let mut edges = Vec::new();
-        let mut add = |owner, target| edges.push((target, owner));
-        walk::visit_root(scene, &mut Targets(|target| add(Owner::Document, target)));
+        walk::visit_root(scene, &mut Targets(|target| edges.push((target, Owner::Document))));
         for &kind in Kind::ALL {
             for id in scene.ids_of(kind) {
-                visit_object(scene, id, &mut Targets(|target| add(Owner::Object(id), target)));
+                targets(scene, id, |target| edges.push((target, Owner::Object(id))));
             }
         }
         edges.sort_unstable();
@@ -57,27 +72,33 @@ impl ReferenceIndex {
 
     /// Adds the references of an object: it is new, or has just been changed.
     pub fn add(&mut self, scene: &Scene, owner: AnyId) {
-        visit_object(
-            scene,
-            owner,
-            &mut Targets(|target| *self.0.entry((target, Owner::Object(owner))).or_default() += 1),
-        );
+        targets(scene, owner, |target| self.count(target, Owner::Object(owner), true));
     }
 
     /// Takes the references of an object away: it goes, or is about to be changed.
     pub fn remove(&mut self, scene: &Scene, owner: AnyId) {
-        visit_object(
-            scene,
-            owner,
-            &mut Targets(|target| {
-                let key = (target, Owner::Object(owner));
-                if let Some(count) = self.0.get_mut(&key) {
-                    *count -= 1;
-                    if *count == 0 {
-                        self.0.remove(&key);
-                    }
-                }
-            }),
-        );
+        targets(scene, owner, |target| self.count(target, Owner::Object(owner), false));
+    }
+
+    /// Counts a root of a scene, or takes it away.
+    pub(crate) fn count_root(&mut self, scene: SceneId, root: NodeId, add: bool) {
+        self.count(root.into(), Owner::Object(scene.into()), add);
+    }
+
+    /// Counts a reference of the document as a whole, or takes it away.
+    pub(crate) fn count_document(&mut self, target: impl Into<AnyId>, add: bool) {
+        self.count(target.into(), Owner::Document, add);
+    }
+
+    fn count(&mut self, target: AnyId, owner: Owner, add: bool) {
+        let key = (target, owner);
+        if add {
+            *self.0.entry(key).or_default() += 1;
+        } else if let Some(count) = self.0.get_mut(&key) {
+            *count -= 1;
+            if *count == 0 {
+                self.0.remove(&key);
+            }
+        }
     }
 }

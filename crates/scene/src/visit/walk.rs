@@ -5,11 +5,11 @@ use crate::Scene;
 use crate::model::*;
 
 macro_rules! walks {
-    ($module:ident, $visitor:ident, [$($m:tt)?], $iter:ident, $values:ident, $get:ident, [$($by:tt)?]) => {
+    ($module:ident, $visitor:ident, [$($m:tt)?], $iter:ident, $values:ident, $any:ident, [$($by:tt)?]) => {
         mod $module {
             use super::*;
 
-            walks!(@objects $visitor, [$($m)?], $values, $get;
+            walks!(@objects $visitor, [$($m)?], $values, $any;
                 buffers Buffer buffer; buffer_views BufferView buffer_view; accessors Accessor accessor;
                 samplers Sampler sampler; images Image image; textures Texture texture; materials Material material;
                 meshes Mesh mesh; cameras Camera camera; lights Light light; variants Variant variant;
@@ -251,7 +251,7 @@ macro_rules! walks {
                 if let Some(id) = &$($m)? o.parent {
                     v.parent($($by)? id);
                 }
-                list(&$($m)? o.children.0, &at.key("children"), v);
+                v.children(&$($m)? o.children, &at.key("children"));
                 optional(&$($m)? o.mesh, &at.key("mesh"), v);
                 optional(&$($m)? o.skin, &at.key("skin"), v);
                 optional(&$($m)? o.camera, &at.key("camera"), v);
@@ -294,7 +294,7 @@ macro_rules! walks {
             }
 
             fn scene_roots(o: &$($m)? SceneRoots, at: &At<'_>, v: &mut impl $visitor) {
-                list(&$($m)? o.roots.0, &at.key("nodes"), v);
+                v.children(&$($m)? o.roots, &at.key("nodes"));
                 v.extra(&$($m)? o.extra, at);
             }
         }
@@ -304,7 +304,7 @@ macro_rules! walks {
     (@slot $v:ident, [*] [] $slot:expr, $at:expr) => { $v.slot($slot, $at) };
     (@slot $v:ident, [] [mut] $slot:expr, $at:expr) => { $v.slot(&mut $slot, $at) };
 
-    (@objects $visitor:ident, [$($m:tt)?], $values:ident, $get:ident; $($store:ident $kind:ident $walk:ident;)*) => {
+    (@objects $visitor:ident, [$($m:tt)?], $values:ident, $any:ident; $($store:ident $kind:ident $walk:ident;)*) => {
         /// Every object of the document, in its order.
         pub fn document(scene: &$($m)? Scene, v: &mut impl $visitor) {
             root(scene, v);
@@ -316,19 +316,19 @@ macro_rules! walks {
             })*
         }
 
-        /// One object. Nothing, if it does not exist.
+        /// One object, parked or not. Nothing, if it does not exist.
         pub fn object(scene: &$($m)? Scene, id: AnyId, v: &mut impl $visitor) {
             let array = At::Root.path(id.kind().array());
             let at = &array.index(id.slot());
             match id {
-                $(AnyId::$kind(id) => if let Some(o) = scene.$store.$get(id) { $walk(o, at, v) },)*
+                $(AnyId::$kind(id) => if let Some(o) = scene.$store.$any(id) { $walk(o, at, v) },)*
             }
         }
     };
 }
 
-walks!(shared, Visitor, [], iter, values, get, [*]);
-walks!(mutable, VisitorMut, [mut], iter_mut, values_mut, get_mut, []);
+walks!(shared, Visitor, [], iter, values, get_any, [*]);
+walks!(mutable, VisitorMut, [mut], iter_mut, values_mut, get_any_mut, []);
 
 /// Shows every reference of the document to a visitor, in a fixed order.
 pub fn visit(scene: &Scene, visitor: &mut impl Visitor) {
@@ -350,8 +350,7 @@ pub(crate) fn visit_mut(scene: &mut Scene, visitor: &mut impl VisitorMut) {
     mutable::document(scene, visitor);
 }
 
-/// Lets a visitor change the references of one object.
-#[cfg_attr(not(test), expect(dead_code, reason = "edits will change objects one by one"))]
+/// Lets a visitor change the references of one object, which may be parked.
 pub(crate) fn visit_object_mut(scene: &mut Scene, id: AnyId, visitor: &mut impl VisitorMut) {
     mutable::object(scene, id, visitor);
 }

@@ -39,7 +39,9 @@ pub fn flatten(scene: &Scene) -> Vec<Placed> {
         // A root's matrix stays what it is, to the bit.
         let world = if node.parent.is_none() { local } else { parent * local };
         placed.push(Placed { node: id, world });
-        open.extend(node.children.iter().rev().map(|child| (child, world)));
+        let first = open.len();
+        open.extend(node.children.iter().map(|child| (child, world)));
+        open[first..].reverse();
     }
     placed
 }

@@ -13,6 +13,7 @@ const ALIGNMENT: usize = 4;
 const PADDING: usize = 16;
 
 /// The one buffer of the document.
+#[derive(Default)]
 pub struct Packed {
     pieces: Vec<Piece>,
     length: usize,

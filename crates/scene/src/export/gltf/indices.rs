@@ -37,6 +37,11 @@ impl Indices {
         check.dangling.map_or(Ok(indices), |pointer| Err(ExportFault::Dangling { pointer }))
     }
 
+    /// Each object's slot for its index: what one object looks like in a document in which nothing has been taken out.
+    pub fn slots() -> Self {
+        Self { by_kind: Vec::new() }
+    }
+
     /// The index of an object that the scene refers to.
     pub fn of<K: Id>(&self, id: K) -> u64 {
         self.of_any(id.into())
@@ -44,7 +49,10 @@ impl Indices {
 
     /// [`Indices::of`] for an id of any kind.
     pub fn of_any(&self, id: AnyId) -> u64 {
-        u64::from(self.by_kind[id.kind() as usize][id.slot()])
+        match self.by_kind.get(id.kind() as usize) {
+            Some(indices) => u64::from(indices[id.slot()]),
+            None => id.slot() as u64,
+        }
     }
 
     /// Whether the document has the view.

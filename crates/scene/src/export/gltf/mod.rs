@@ -13,7 +13,7 @@ mod names;
 
 use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic};
 use crate::Scene;
-use crate::model::{Blob, Extra};
+use crate::model::{AnyId, Blob, Extra};
 use buffers::Packed;
 use document::Document;
 use glb::Glb;
@@ -64,6 +64,12 @@ pub fn to_gltf(scene: &Scene, stem: &str, options: &ExportOptions) -> Result<Fil
         files.others.insert(0, (bin, Blob::new(bytes)));
     }
     Ok(files)
+}
+
+/// The JSON text of one material, light or camera. Its indices are slots.
+pub(crate) fn object_text(scene: &Scene, id: AnyId) -> Result<Vec<u8>, ExportFault> {
+    let (indices, packed, images) = (Indices::slots(), Packed::default(), Plan::default());
+    Document { scene, indices: &indices, packed: &packed, images: &images, buffer_uri: None }.object(id)
 }
 
 /// Where everything goes.

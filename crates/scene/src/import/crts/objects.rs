@@ -39,7 +39,7 @@ impl Converter<'_> {
             }
             roots.push(self.scene.nodes.insert_nth(i, node));
         }
-        let scene = SceneRoots { roots: Children(roots), ..SceneRoots::default() };
+        let scene = SceneRoots { roots: Children::from(roots), ..SceneRoots::default() };
         self.scene.default_scene = Some(self.scene.scenes.insert_nth(0, scene));
         Ok(())
     }

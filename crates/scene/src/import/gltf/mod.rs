@@ -13,6 +13,7 @@ mod schema;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use convert::convert_object;
 pub use glb::GLB_MAGIC;
 
 use super::budget::{Budget, OverBudget};

@@ -116,7 +116,7 @@ fn show(scene: &mut Scene, primitives: Vec<Primitive>, statements: Statements, s
         scene.meshes.insert(Mesh { name: Some(name.clone()), primitives, weights: Vec::new(), extra })
     });
     let node = scene.nodes.insert(Node { name: Some(name), mesh, ..Node::default() });
-    let roots = Children(vec![node]);
+    let roots = Children::from(vec![node]);
     let root = scene.scenes.insert(SceneRoots { name: None, roots, extra: Extra::default() });
     scene.default_scene = Some(root);
 }

@@ -127,7 +127,7 @@ impl Document<'_> {
             o.objects("mappings", &x.variants, |o, mapping| {
                 o.optional_string("name", &mapping.name);
                 self.index(o, "material", Some(mapping.material));
-                self.indices(o, "variants", &mapping.variants);
+                self.indices(o, "variants", mapping.variants.iter().copied());
                 self.rest(o, &mapping.extra);
             });
         };

@@ -37,6 +37,19 @@ impl Document<'_> {
         json.finish().map_err(ExportFault::NotFinite)
     }
 
+    /// The JSON text of one material, light or camera; nothing for other kinds, and for what does not exist.
+    pub fn object(&self, id: AnyId) -> Result<Vec<u8>, ExportFault> {
+        let mut json = Json::default();
+        let scene = self.scene;
+        json.object(|o| match id {
+            AnyId::Material(id) => scene.materials.get(id).into_iter().for_each(|x| self.material(o, x)),
+            AnyId::Light(id) => scene.lights.get(id).into_iter().for_each(|x| self.light(o, x)),
+            AnyId::Camera(id) => scene.cameras.get(id).into_iter().for_each(|x| self.camera(o, x)),
+            _ => {}
+        });
+        json.finish().map_err(ExportFault::NotFinite)
+    }
+
     fn root(&self, o: &mut Object<'_>) {
         let scene = self.scene;
         o.object("asset", |o| {
@@ -156,9 +169,9 @@ impl Document<'_> {
     }
 
     /// Indices, if there are any.
-    fn indices<K: Id>(&self, o: &mut Object<'_>, key: &str, ids: &[K]) {
-        if !ids.is_empty() {
-            o.array(key, ids, |json, &id| json.serialize(&self.indices.of(id)));
+    fn indices<K: Id>(&self, o: &mut Object<'_>, key: &str, ids: impl ExactSizeIterator<Item = K>) {
+        if ids.len() > 0 {
+            o.array(key, ids, |json, id| json.serialize(&self.indices.of(id)));
         }
     }
 }

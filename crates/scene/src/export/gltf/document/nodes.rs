@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_4;
 impl Document<'_> {
     pub(super) fn scene_roots(&self, o: &mut Object<'_>, x: &SceneRoots) {
         o.optional_string("name", &x.name);
-        self.indices(o, "nodes", &x.roots.0);
+        self.indices(o, "nodes", x.roots.iter());
         self.rest(o, &x.extra);
     }
 
@@ -29,7 +29,7 @@ impl Document<'_> {
         if let Some(weights) = &x.weights {
             o.numbers("weights", weights);
         }
-        self.indices(o, "children", &x.children.0);
+        self.indices(o, "children", x.children.iter());
         if x.light.is_none() && x.visible.is_none() && x.instancing.is_none() {
             return self.rest(o, &x.extra);
         }
@@ -67,7 +67,7 @@ impl Document<'_> {
         o.optional_string("name", &x.name);
         self.index(o, "inverseBindMatrices", x.inverse_bind_matrices);
         self.index(o, "skeleton", x.skeleton);
-        self.indices(o, "joints", &x.joints);
+        self.indices(o, "joints", x.joints.iter().copied());
         self.rest(o, &x.extra);
     }
 

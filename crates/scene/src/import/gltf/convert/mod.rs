@@ -20,7 +20,8 @@ use crate::import::ImportFault;
 use crate::import::budget::Budget;
 use crate::import::files::Files;
 use crate::import::warning::{Warning, WarningKind, Warnings};
-use crate::model::{Asset, Blob, Packet};
+use crate::import::gltf::parse::parse;
+use crate::model::{Asset, Blob, Kind, Packet};
 use crate::place::At;
 use crate::visit;
 use extra::Members;
@@ -96,6 +97,28 @@ pub fn convert(
     c.scene.extra = members.finish(root.extras, at)?;
     references::connect(&mut c.scene, &mut c.warnings)?;
     c.scene.extensions_declared_only = declared_only(&c.scene);
+    Ok((c.scene, c.warnings.into_list()))
+}
+
+/// One material, light or camera from its JSON text, as the only object of a scene. `bounds` says how many objects of each
+/// kind it may refer to. All that an import of it would warn about comes with it.
+pub fn convert_object(kind: Kind, text: &str, bounds: &dyn Fn(Kind) -> usize) -> Result<(Scene, Vec<Warning>)> {
+    let budget = Budget::new(u64::MAX);
+    let files = Files::new(None, false, &budget);
+    let counts = Counts { textures: bounds(Kind::Texture), ..Counts::default() };
+    let mut c = Converter { scene: Scene::default(), counts, warnings: Warnings::default(), files: &files, budget: &budget };
+    let array = At::Root.path(kind.array());
+    let at = &array.index(0);
+    match kind {
+        Kind::Material => c.materials(vec![parse(text, at)?])?,
+        Kind::Camera => c.cameras(vec![parse(text, at)?])?,
+        _ => {
+            let lights = format!("{{\"lights\":[{text}]}}");
+            let lights = parse(&lights, &At::Root.path("/extensions/KHR_lights_punctual"))?;
+            c.lights(lights, &mut Members::default())?;
+        }
+    }
+    references::connect_to(&mut c.scene, bounds, &mut c.warnings)?;
     Ok((c.scene, c.warnings.into_list()))
 }
 

@@ -38,7 +38,7 @@ impl NodeConverter<'_> {
         self.check_deformation(mesh, skin, n.weights.as_deref(), at, warn);
         let mut node = Node {
             name: n.name,
-            children: Children(children),
+            children: Children::from(children),
             transform,
             mesh,
             skin,

@@ -132,7 +132,7 @@ impl Converter<'_> {
                 roots.push(id);
             }
             let extra = Members::new(s.extensions, s.rest).finish(s.extras, at)?;
-            self.scene.scenes.insert_nth(i, SceneRoots { name: s.name, roots: Children(roots), extra });
+            self.scene.scenes.insert_nth(i, SceneRoots { name: s.name, roots: Children::from(roots), extra });
         }
         Ok(())
     }

@@ -89,7 +89,13 @@ references! {
 /// Finds the indices inside extensions that are kept as JSON, and makes sure that no index of the document, wherever it
 /// is, leads nowhere: the visitor knows them all.
 pub fn connect(scene: &mut Scene, warnings: &mut Warnings) -> Result<()> {
-    let count = Kind::ALL.iter().map(|&kind| scene.count(kind)).collect();
+    let counts: Vec<usize> = Kind::ALL.iter().map(|&kind| scene.count(kind)).collect();
+    connect_to(scene, &|kind| counts[kind as usize], warnings)
+}
+
+/// [`connect`], where what is referred to is elsewhere: `bounds` says how many objects of a kind there are.
+pub fn connect_to(scene: &mut Scene, bounds: &dyn Fn(Kind) -> usize, warnings: &mut Warnings) -> Result<()> {
+    let count = Kind::ALL.iter().map(|&kind| bounds(kind)).collect();
     let mut connect = Connect { count, warnings, fault: None };
     visit::visit_mut(scene, &mut connect);
     connect.fault.map_or(Ok(()), Err)

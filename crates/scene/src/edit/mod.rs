@@ -1,0 +1,126 @@
+//! Edits: the only way in which a [`Scene`] changes.
+//!
+//! [`Scene::apply`] takes an [`Edit`] and gives the edit that takes it back, and what was touched. An edit is planned
+//! first (`ops`, one file for each family): everything is checked, and the plan is a list of [`Step`]s, each of which can be
+//! carried out and taken back exactly (`step`). So a refused edit changes nothing, and an inverse is the reverse list of
+//! inverse steps.
+//!
+//! What leaves the document is parked: it keeps its id and its content for the history, and nobody sees it. When the
+//! history forgets an edit, [`Scene::forget`] ends what only that edit could have brought back.
+//!
+//! An edit costs what it touches. Who refers to an object is known from the reverse-reference index, which is made once
+//! ([`Scene::prepare_edits`], O(n log n)); no edit but `RemoveUnused` looks at the whole document.
+
+mod changes;
+mod error;
+mod history;
+pub mod ops;
+mod plan;
+pub mod random;
+pub mod script;
+mod step;
+
+pub use changes::{ChangeLog, ChangeSet, Cursor, Facets};
+pub use error::EditError;
+pub use history::{Grouping, History};
+pub use ops::Edit;
+pub use step::{NodeField, Object, Place, Step};
+
+use crate::Scene;
+use crate::model::AnyId;
+use crate::visit::ReferenceIndex;
+use plan::Plan;
+use step::Execution;
+
+/// What edits need besides the document.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Editing {
+    index: Option<Box<ReferenceIndex>>,
+    log: ChangeLog,
+}
+
+/// What an edit did.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Applied {
+    /// The edit that takes it back exactly, as long as no other has been applied since.
+    pub inverse: Edit,
+    /// What was touched.
+    pub changes: ChangeSet,
+    /// The object that the edit made, if it made one: the node, the material, the wrapper of a merged file.
+    pub made: Option<AnyId>,
+    /// Objects of the document that were looked at or changed: the cost of the edit.
+    pub visited: u64,
+}
+
+impl Scene {
+    /// Applies an edit.
+    ///
+    /// # Errors
+    /// The reason for which it is refused. The scene is as before then.
+    pub fn apply(&mut self, edit: Edit) -> Result<Applied, EditError> {
+        self.prepare_edits();
+        let mut index = self.editing.index.take().unwrap_or_default();
+        let applied = self.apply_with(&mut index, edit);
+        self.editing.index = Some(index);
+        if let Ok(applied) = &applied {
+            self.editing.log.push(&applied.changes);
+        }
+        applied
+    }
+
+    fn apply_with(&mut self, index: &mut ReferenceIndex, edit: Edit) -> Result<Applied, EditError> {
+        let (steps, made, visited) = match edit {
+            Edit::Steps(steps) => (steps, None, 0),
+            edit => {
+                let mut plan = Plan::new(self, index);
+                if let Err(error) = ops::plan(&mut plan, edit) {
+                    plan.abandon();
+                    return Err(error);
+                }
+                let (made, visited) = (plan.made, plan.visited);
+                (plan.finish(), made, visited)
+            }
+        };
+        let mut execution = Execution { scene: self, index, changes: ChangeSet::default(), visited };
+        let mut inverse: Vec<Step> = steps.into_iter().map(|step| execution.run(step)).collect();
+        inverse.reverse();
+        let Execution { changes, visited, .. } = execution;
+        Ok(Applied { inverse: Edit::Steps(inverse), changes, made, visited })
+    }
+
+    /// Makes what edits need and a freshly loaded scene does not have: the index of who refers to what, and search trees
+    /// over long lists of children. The first edit does it if nobody has before; afterwards it costs nothing.
+    pub fn prepare_edits(&mut self) {
+        if self.editing.index.is_some() {
+            return;
+        }
+        self.nodes.values_mut().for_each(|node| node.children.prepare());
+        self.scenes.values_mut().for_each(|scene| scene.roots.prepare());
+        self.editing.index = Some(Box::new(ReferenceIndex::of(self)));
+    }
+
+    /// What edits touched, by revision.
+    pub fn change_log(&self) -> &ChangeLog {
+        &self.editing.log
+    }
+
+    /// Who refers to an object. `None` before the first edit or [`Scene::prepare_edits`].
+    pub fn reference_index(&self) -> Option<&ReferenceIndex> {
+        self.editing.index.as_deref()
+    }
+
+    /// Ends the objects that only this inverse (or an undone edit's redo) could have brought back: their ids become stale
+    /// and their memory is freed. Called with what a history drops.
+    pub fn forget(&mut self, edit: &Edit) {
+        let Edit::Steps(steps) = edit else { return };
+        for step in steps {
+            if let Step::Unpark(ids) = step {
+                ids.iter().for_each(|&id| self.purge(id));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,104 @@
+//! What a node shows, what a primitive is made of, and names.
+
+use super::copy_name;
+use crate::edit::EditError;
+use crate::edit::plan::{Plan, Result};
+use crate::edit::step::{NodeField, Object, Step};
+use crate::model::*;
+
+/// Whether every primitive has joints and weights.
+fn is_skinnable(mesh: &Mesh) -> bool {
+    let has = |p: &Primitive, semantic: &str| p.attributes.get(semantic).is_some();
+    !mesh.primitives.is_empty() && mesh.primitives.iter().all(|p| has(p, "JOINTS_0") && has(p, "WEIGHTS_0"))
+}
+
+pub fn set_mesh(p: &mut Plan<'_>, node: NodeId, mesh: Option<MeshId>) -> Result<()> {
+    let (has_skin, weights) = p.node(node).map(|n| (n.skin.is_some(), n.weights.as_ref().map(Vec::len)))?;
+    let shape = mesh.map(|mesh| p.mesh(mesh)).transpose()?;
+    let fits_skin = shape.is_some_and(is_skinnable);
+    let targets = shape.and_then(|mesh| mesh.primitives.first()).map_or(0, |primitive| primitive.targets.len());
+    if has_skin && !fits_skin {
+        p.set(node, NodeField::Skin(None));
+    }
+    if weights.is_some_and(|count| count != targets) {
+        p.set(node, NodeField::Weights(None));
+    }
+    p.set(node, NodeField::Mesh(mesh));
+    Ok(())
+}
+
+pub fn set_camera(p: &mut Plan<'_>, node: NodeId, camera: Option<CameraId>) -> Result<()> {
+    p.node(node)?;
+    camera.map(|camera| p.camera(camera).map(|_| ())).transpose()?;
+    p.set(node, NodeField::Camera(camera));
+    Ok(())
+}
+
+pub fn set_skin(p: &mut Plan<'_>, node: NodeId, skin: Option<SkinId>) -> Result<()> {
+    let mesh = p.node(node)?.mesh;
+    if let Some(skin) = skin {
+        p.skin(skin)?;
+        let Some(mesh) = mesh else {
+            return Err(EditError::missing(node, "it shows no mesh that a skin could deform; give it one first"));
+        };
+        if !is_skinnable(p.mesh(mesh)?) {
+            return Err(EditError::missing(mesh, "it has a primitive without JOINTS_0 and WEIGHTS_0; no skin fits it"));
+        }
+    }
+    p.set(node, NodeField::Skin(skin));
+    Ok(())
+}
+
+pub fn material(p: &mut Plan<'_>, mesh: MeshId, primitive: usize, material: Option<MaterialId>) -> Result<()> {
+    let mut value = p.mesh(mesh)?.clone();
+    material.map(|material| p.material(material).map(|_| ())).transpose()?;
+    let count = value.primitives.len();
+    let Some(slot) = value.primitives.get_mut(primitive) else {
+        return Err(EditError::missing(mesh, format!("there is no primitive {primitive}; it has {count}")));
+    };
+    slot.material = material;
+    p.replace(Object::Mesh(mesh, value));
+    Ok(())
+}
+
+pub fn duplicate_material(p: &mut Plan<'_>, material: MaterialId) -> Result<()> {
+    let mut value = p.material(material)?.clone();
+    value.name = Some(copy_name(value.name.as_deref()));
+    p.made = Some(p.add_material(value).into());
+    Ok(())
+}
+
+pub fn select_variant(p: &mut Plan<'_>, variant: Option<VariantId>) -> Result<()> {
+    if let Some(id) = variant.filter(|&id| p.scene.variants.get(id).is_none()) {
+        return Err(EditError::Stale(id.into()));
+    }
+    p.step(Step::Variant(variant));
+    Ok(())
+}
+
+pub fn rename(p: &mut Plan<'_>, object: AnyId, name: Option<String>) -> Result<()> {
+    macro_rules! renamed {
+        ($get:ident $id:ident $kind:ident) => {{
+            let mut value = p.$get($id)?.clone();
+            value.name = name;
+            p.replace(Object::$kind($id, value.into()));
+        }};
+    }
+    match object {
+        AnyId::Node(id) => {
+            p.node(id)?;
+            p.set(id, NodeField::Name(name));
+        }
+        AnyId::Mesh(id) => renamed!(mesh id Mesh),
+        AnyId::Material(id) => renamed!(material id Material),
+        AnyId::Light(id) => renamed!(light id Light),
+        AnyId::Camera(id) => renamed!(camera id Camera),
+        AnyId::Skin(id) => renamed!(skin id Skin),
+        AnyId::Animation(id) => renamed!(animation id Animation),
+        other => {
+            let what = "it cannot be renamed; nodes, meshes, materials, lights, cameras, skins and animations can";
+            return Err(EditError::missing(other, what));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,121 @@
+//! Taking objects out of the document, and mending what referred to them.
+
+use super::joints;
+use super::links::drop_links;
+use crate::edit::EditError;
+use crate::edit::plan::{Plan, Result};
+use crate::edit::step::{NodeField, Object, Place, Step};
+use crate::model::*;
+use crate::visit;
+use std::collections::{BTreeSet, HashSet};
+
+/// Who has to be mended when nodes go.
+#[derive(Default)]
+struct Mend {
+    roots: Vec<(SceneId, NodeId)>,
+    skins: BTreeSet<SkinId>,
+    animations: BTreeSet<AnimationId>,
+    /// Nodes whose extensions refer to one that goes.
+    nodes: BTreeSet<NodeId>,
+}
+
+pub fn delete(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
+    let nodes = p.subtree(top)?;
+    let gone: HashSet<AnyId> = nodes.iter().map(|&node| node.into()).collect();
+    let mut mend = Mend::default();
+    for &node in &nodes {
+        for owner in p.referrers(node) {
+            match owner {
+                AnyId::Scene(scene) => mend.roots.push((scene, node)),
+                AnyId::Skin(skin) => drop(mend.skins.insert(skin)),
+                AnyId::Animation(animation) => drop(mend.animations.insert(animation)),
+                AnyId::Node(owner) if gone.contains(&owner.into()) => {}
+                AnyId::Node(owner) => drop(mend.nodes.insert(owner)),
+                owner => return Err(EditError::Unmendable { owner, target: node.into() }),
+            }
+        }
+    }
+    let mut parked: Vec<AnyId> = nodes.iter().map(|&node| node.into()).collect();
+    for &animation in &mend.animations {
+        without_channels(p, animation, &gone, &mut parked)?;
+    }
+    for &skin in &mend.skins {
+        joints::without(p, skin, &gone, &mut parked)?;
+    }
+    for &node in &mend.nodes {
+        let mut extra = p.node(node)?.extra.clone();
+        drop_links(&mut extra, &gone);
+        p.set(node, NodeField::Extra(extra));
+    }
+    if let Some(parent) = p.node(top)?.parent {
+        p.step(Step::Detach { node: top, place: Place::Under(parent) });
+    }
+    for (scene, node) in mend.roots {
+        p.step(Step::Detach { node, place: Place::RootOf(scene) });
+    }
+    p.step(Step::Park(parked));
+    Ok(())
+}
+
+/// Takes the channels that move nodes that go out of an animation, and the samplers that only they had. An animation
+/// without channels goes (glTF 2.0 asks for one at least).
+fn without_channels(
+    p: &mut Plan<'_>,
+    id: AnimationId,
+    gone: &HashSet<AnyId>,
+    parked: &mut Vec<AnyId>,
+) -> Result<()> {
+    let mut animation = p.animation(id)?.clone();
+    p.visited += animation.channels.len() as u64;
+    let refers = |extra: &Extra| extra.links().iter().any(|link| gone.contains(&link.target));
+    animation.channels.retain(|channel| {
+        let moves = channel.node.is_some_and(|node| gone.contains(&node.into()));
+        !moves && !refers(&channel.target_extra) && !refers(&channel.extra)
+    });
+    if animation.channels.is_empty() {
+        if let Some(&owner) = p.referrers(id).first() {
+            return Err(EditError::Unmendable { owner, target: id.into() });
+        }
+        parked.push(id.into());
+        return Ok(());
+    }
+    let mut is_used = vec![false; animation.samplers.len()];
+    for channel in &animation.channels {
+        if let Some(used) = is_used.get_mut(channel.sampler) {
+            *used = true;
+        }
+    }
+    let mut new_index = vec![0; is_used.len()];
+    let mut next = 0;
+    for (index, &used) in new_index.iter_mut().zip(&is_used) {
+        *index = next;
+        next += usize::from(used);
+    }
+    let mut used = is_used.iter();
+    animation.samplers.retain(|_| used.next().copied().unwrap_or(false));
+    for channel in &mut animation.channels {
+        channel.sampler = new_index.get(channel.sampler).copied().unwrap_or(channel.sampler);
+    }
+    p.replace(Object::Animation(id, animation));
+    Ok(())
+}
+
+/// The one edit that looks at the whole document, once.
+pub fn remove_unused(p: &mut Plan<'_>) -> Result<()> {
+    let all: usize = Kind::ALL.iter().map(|&kind| p.scene.count(kind)).sum();
+    p.visited += all as u64;
+    let unused = visit::unused(p.scene);
+    let nodes: HashSet<NodeId> = unused
+        .iter()
+        .filter_map(|id| match id {
+            AnyId::Node(id) => Some(*id),
+            _ => None,
+        })
+        .collect();
+    // What is unused is not below what is used. Below each other they stay as they are, for the undo.
+    if !unused.is_empty() {
+        p.step(Step::Park(unused));
+    }
+    debug_assert!(nodes.iter().all(|&id| p.scene.nodes[id].parent.is_none_or(|parent| nodes.contains(&parent))));
+    Ok(())
+}

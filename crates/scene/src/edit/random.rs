@@ -1,0 +1,135 @@
+//! Random operations: what oracle tests and soak runs drive scenes with. The same choices on the same scene give the same
+//! operations, so a failure is a script that can be replayed.
+
+use super::script::{Operation, Reference, VariantReference};
+use super::ops::Shape;
+use crate::Scene;
+use crate::model::Kind;
+use serde_json::{Value, json};
+
+/// What one random operation is chosen by: four numbers, for a property test to shrink.
+pub type Choice = (u8, u32, u32, u32);
+
+/// Choices from a seed (SplitMix64: Steele, Lea and Flood 2014).
+#[derive(Clone, Debug)]
+pub struct Choices(pub u64);
+
+impl Iterator for Choices {
+    type Item = Choice;
+
+    fn next(&mut self) -> Option<Choice> {
+        let mut next = || {
+            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            z ^ (z >> 31)
+        };
+        let (a, b) = (next(), next());
+        Some((a as u8, (a >> 32) as u32, b as u32, (b >> 32) as u32))
+    }
+}
+
+/// A number in -1..1.
+fn signed(bits: u32) -> f64 {
+    f64::from(bits as i32) / f64::from(i32::MAX)
+}
+
+fn one_of<T: Copy>(things: [T; 3], choice: u32) -> T {
+    things[choice as usize % 3]
+}
+
+/// The operation of a choice. Some are refused: these have to change nothing.
+pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
+    let pick = |kind: Kind, choice: u32| {
+        let ids = scene.ids_of(kind);
+        let id = ids.get(choice as usize % ids.len().max(1));
+        Reference::Index(id.map_or(0, |id| id.slot()))
+    };
+    // One choice in eight is nothing, where nothing is allowed.
+    let maybe = |kind: Kind, choice: u32| (choice % 8 != 0).then(|| pick(kind, choice / 8));
+    let node = |choice: u32| pick(Kind::Node, choice);
+    let vector = |x: u32, y: u32, z: u32| [signed(x), signed(y), signed(z)].map(|v| (v * 64.0).round() / 16.0);
+    match op % 32 {
+        0..=4 => Operation::SetTransform {
+            node: node(a),
+            translation: (b % 4 != 0).then(|| vector(b, c, b ^ c)),
+            rotation: (c % 3 == 0).then(|| [signed(b), signed(c), signed(a), 0.5]),
+            // Uniform most of the time: what is scaled unevenly shears what hangs below it.
+            scale: (c % 5 == 0).then(|| if b % 3 == 0 { [1.0, -2.0, 0.5] } else { [1.0 + f64::from(b % 3); 3] }),
+            matrix: None,
+        },
+        5 => Operation::AddNode {
+            parent: maybe(Kind::Node, a),
+            name: Some(format!("added {}", b % 10)),
+            translation: Some(vector(a, b, c)),
+            rotation: None,
+            scale: None,
+            matrix: None,
+            label: None,
+        },
+        6 => Operation::AddShape {
+            shape: one_of([Shape::Plane, Shape::Cube, Shape::Sphere], c),
+            parent: maybe(Kind::Node, a),
+            material: maybe(Kind::Material, b),
+            label: None,
+        },
+        7 => Operation::AddLight {
+            parent: maybe(Kind::Node, a),
+            light: json!({"type": one_of(["point", "spot", "directional"], b), "intensity": c % 100}),
+            label: None,
+        },
+        8..=10 => Operation::Delete { node: node(a) },
+        11..=13 => Operation::Duplicate { node: node(a), label: None },
+        14..=16 => Operation::Reparent {
+            node: node(a),
+            parent: Some(maybe(Kind::Node, b)),
+            index: (c % 2 == 0).then_some(c as usize % 5),
+            keep_world: c % 3 == 0,
+        },
+        17 => Operation::Rename {
+            node: Some(node(a)),
+            mesh: None,
+            material: None,
+            light: None,
+            name: (b % 4 != 0).then(|| format!("renamed {}", b % 10)),
+        },
+        18..=19 => Operation::SetVisible { node: node(a), visible: b % 2 == 0 },
+        20 => Operation::SetMesh { node: node(a), mesh: maybe(Kind::Mesh, b) },
+        21 => match b % 3 {
+            0 => Operation::SetCamera { node: node(a), camera: maybe(Kind::Camera, c) },
+            1 => Operation::SetSkin { node: node(a), skin: maybe(Kind::Skin, c) },
+            _ => Operation::SetCameraParams { camera: pick(Kind::Camera, a), set: json!({"name": "camera"}) },
+        },
+        22 => Operation::AssignMaterial {
+            mesh: pick(Kind::Mesh, a),
+            primitive: b as usize % 2,
+            material: maybe(Kind::Material, c),
+        },
+        23 => Operation::DuplicateMaterial { material: pick(Kind::Material, a), label: None },
+        24..=25 => Operation::SetMaterial { material: pick(Kind::Material, a), set: material(b, c) },
+        26 => Operation::SetLight { light: pick(Kind::Light, a), set: json!({"intensity": b % 50, "color": [1, 0.5, 0.25]}) },
+        27 => Operation::SplitMesh { node: node(a) },
+        28 => Operation::MergeMesh { node: node(a) },
+        29 => {
+            let variants = scene.count(Kind::Variant);
+            let variant = (variants > 0 && b % 3 != 0).then(|| match pick(Kind::Variant, a) {
+                Reference::Index(index) => VariantReference::Index(index),
+                Reference::Text(name) => VariantReference::Name(name),
+            });
+            if b % 7 == 6 { Operation::RemoveUnused } else { Operation::SelectVariant { variant } }
+        }
+        30 => Operation::Undo { count: 1 + a as usize % 3 },
+        _ => Operation::Redo { count: 1 + a as usize % 3 },
+    }
+}
+
+fn material(b: u32, c: u32) -> Value {
+    match b % 6 {
+        0 => json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 1, f64::from(c % 5) / 4.0]}}),
+        1 => json!({"alphaMode": one_of(["OPAQUE", "MASK", "BLEND"], c)}),
+        2 => json!({"doubleSided": c % 2 == 0}),
+        3 => json!({"emissiveFactor": if c % 2 == 0 { json!([1, 0.5, 0]) } else { Value::Null }}),
+        4 => json!({"extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": c % 20}}}),
+        _ => json!({"pbrMetallicRoughness": {"roughnessFactor": f64::from(c % 9) / 8.0}, "normalTexture": null}),
+    }
+}
