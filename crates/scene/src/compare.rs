@@ -97,11 +97,27 @@ fn canonical(scene: &Scene) -> Cow<'_, Scene> {
         fn parent(&mut self, id: &mut NodeId) {
             self.slot(id, &At::Root);
         }
+
+        /// The JSON of extensions has the indices of the file that was loaded; what it means is in the links.
+        fn extra(&mut self, extra: &mut Extra, at: &At<'_>) {
+            visit::links_mut(self, extra, at);
+            let links = extra.links().to_vec();
+            let Some(extensions) = extra.extensions.take() else { return };
+            let mut value = Value::Object(*extensions);
+            for link in links {
+                if let Some(slot) = value.pointer_mut(&link.path) {
+                    visit::write_index(slot, link.target.kind(), link.target.slot() as u64);
+                }
+            }
+            if let Value::Object(extensions) = value {
+                extra.extensions = Some(Box::new(extensions));
+            }
+        }
     }
     let is_canonical = Kind::ALL
         .iter()
         .all(|&kind| scene.ids_of(kind).into_iter().enumerate().all(|(index, id)| id == AnyId::nth(kind, index)));
-    if is_canonical {
+    if is_canonical && scene.change_log().revision() == 0 {
         return Cow::Borrowed(scene);
     }
     let by_kind = Kind::ALL.iter().map(|&kind| {

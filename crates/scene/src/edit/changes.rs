@@ -170,9 +170,7 @@ impl ChangeLog {
         self.revision += 1;
         self.touched += set.objects.len();
         self.sets.push_back(set.clone());
-        while self.touched > LONGEST_LOG && self.sets.len() > 1
-            || self.sets.len() > LONGEST_LOG
-        {
+        while self.touched > LONGEST_LOG && self.sets.len() > 1 || self.sets.len() > LONGEST_LOG {
             let oldest = self.sets.pop_front().unwrap_or_default();
             self.touched -= oldest.objects.len();
         }

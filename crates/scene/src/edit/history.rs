@@ -147,7 +147,7 @@ impl History {
 
 /// Carries out an entry's inverse, and keeps what takes that back.
 fn turn(scene: &mut Scene, entry: &mut Entry) -> Result<Applied, EditError> {
-    let steps = std::mem::replace(&mut entry.inverse, Edit::Steps(Vec::new()));
+    let steps = std::mem::replace(&mut entry.inverse, Edit::Steps { steps: Vec::new() });
     let applied = scene.apply(steps)?;
     entry.inverse = applied.inverse.clone();
     entry.dragged = None;
@@ -156,7 +156,7 @@ fn turn(scene: &mut Scene, entry: &mut Entry) -> Result<Applied, EditError> {
 
 /// Bytes that an edit holds: its own, and those of the objects that it keeps parked.
 fn bytes_of(scene: &Scene, edit: &Edit) -> usize {
-    let Edit::Steps(steps) = edit else { return 0 };
+    let Edit::Steps { steps } = edit else { return 0 };
     let of_step = |step: &Step| match step {
         Step::Unpark(ids) => ids.iter().map(|&id| size_of::<AnyId>() + object_bytes(scene, id)).sum(),
         Step::Park(ids) => size_of_val(&ids[..]),
@@ -183,8 +183,11 @@ fn object_bytes(scene: &Scene, id: AnyId) -> usize {
 }
 
 fn mesh_bytes(mesh: &crate::model::Mesh) -> usize {
-    let attributes: usize =
-        mesh.primitives.iter().map(|p| 40 * (p.attributes.0.len() + p.targets.iter().map(|t| t.0.len()).sum::<usize>())).sum();
+    let attributes: usize = mesh
+        .primitives
+        .iter()
+        .map(|p| 40 * (p.attributes.0.len() + p.targets.iter().map(|t| t.0.len()).sum::<usize>()))
+        .sum();
     size_of_val(mesh) + size_of_val(&mesh.primitives[..]) + attributes
 }
 

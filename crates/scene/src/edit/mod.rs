@@ -71,7 +71,7 @@ impl Scene {
 
     fn apply_with(&mut self, index: &mut ReferenceIndex, edit: Edit) -> Result<Applied, EditError> {
         let (steps, made, visited) = match edit {
-            Edit::Steps(steps) => (steps, None, 0),
+            Edit::Steps { steps } => (steps, None, 0),
             edit => {
                 let mut plan = Plan::new(self, index);
                 if let Err(error) = ops::plan(&mut plan, edit) {
@@ -86,7 +86,7 @@ impl Scene {
         let mut inverse: Vec<Step> = steps.into_iter().map(|step| execution.run(step)).collect();
         inverse.reverse();
         let Execution { changes, visited, .. } = execution;
-        Ok(Applied { inverse: Edit::Steps(inverse), changes, made, visited })
+        Ok(Applied { inverse: Edit::Steps { steps: inverse }, changes, made, visited })
     }
 
     /// Makes what edits need and a freshly loaded scene does not have: the index of who refers to what, and search trees
@@ -113,7 +113,7 @@ impl Scene {
     /// Ends the objects that only this inverse (or an undone edit's redo) could have brought back: their ids become stale
     /// and their memory is freed. Called with what a history drops.
     pub fn forget(&mut self, edit: &Edit) {
-        let Edit::Steps(steps) = edit else { return };
+        let Edit::Steps { steps } = edit else { return };
         for step in steps {
             if let Step::Unpark(ids) = step {
                 ids.iter().for_each(|&id| self.purge(id));

@@ -1,8 +1,8 @@
 //! Random operations: what oracle tests and soak runs drive scenes with. The same choices on the same scene give the same
 //! operations, so a failure is a script that can be replayed.
 
-use super::script::{Operation, Reference, VariantReference};
 use super::ops::Shape;
+use super::script::{Operation, Reference, VariantReference};
 use crate::Scene;
 use crate::model::Kind;
 use serde_json::{Value, json};
@@ -46,7 +46,7 @@ pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
         Reference::Index(id.map_or(0, |id| id.slot()))
     };
     // One choice in eight is nothing, where nothing is allowed.
-    let maybe = |kind: Kind, choice: u32| (choice % 8 != 0).then(|| pick(kind, choice / 8));
+    let maybe = |kind: Kind, choice: u32| (!choice.is_multiple_of(8)).then(|| pick(kind, choice / 8));
     let node = |choice: u32| pick(Kind::Node, choice);
     let vector = |x: u32, y: u32, z: u32| [signed(x), signed(y), signed(z)].map(|v| (v * 64.0).round() / 16.0);
     match op % 32 {
@@ -107,7 +107,10 @@ pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
         },
         23 => Operation::DuplicateMaterial { material: pick(Kind::Material, a), label: None },
         24..=25 => Operation::SetMaterial { material: pick(Kind::Material, a), set: material(b, c) },
-        26 => Operation::SetLight { light: pick(Kind::Light, a), set: json!({"intensity": b % 50, "color": [1, 0.5, 0.25]}) },
+        26 => Operation::SetLight {
+            light: pick(Kind::Light, a),
+            set: json!({"intensity": b % 50, "color": [1, 0.5, 0.25]}),
+        },
         27 => Operation::SplitMesh { node: node(a) },
         28 => Operation::MergeMesh { node: node(a) },
         29 => {
@@ -127,8 +130,8 @@ fn material(b: u32, c: u32) -> Value {
     match b % 6 {
         0 => json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 1, f64::from(c % 5) / 4.0]}}),
         1 => json!({"alphaMode": one_of(["OPAQUE", "MASK", "BLEND"], c)}),
-        2 => json!({"doubleSided": c % 2 == 0}),
-        3 => json!({"emissiveFactor": if c % 2 == 0 { json!([1, 0.5, 0]) } else { Value::Null }}),
+        2 => json!({"doubleSided": c.is_multiple_of(2)}),
+        3 => json!({"emissiveFactor": if c.is_multiple_of(2) { json!([1, 0.5, 0]) } else { Value::Null }}),
         4 => json!({"extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": c % 20}}}),
         _ => json!({"pbrMetallicRoughness": {"roughnessFactor": f64::from(c % 9) / 8.0}, "normalTexture": null}),
     }

@@ -392,18 +392,16 @@ impl Session {
             Op::SetVisible { node, visible } => {
                 Edit::SetVisible { node: self.find(scene, "node", node)?, visible: *visible }
             }
-            Op::SetMesh { node, mesh } => Edit::SetMesh {
-                node: self.find(scene, "node", node)?,
-                mesh: self.find_optional(scene, "mesh", mesh)?,
-            },
+            Op::SetMesh { node, mesh } => {
+                Edit::SetMesh { node: self.find(scene, "node", node)?, mesh: self.find_optional(scene, "mesh", mesh)? }
+            }
             Op::SetCamera { node, camera } => Edit::SetCamera {
                 node: self.find(scene, "node", node)?,
                 camera: self.find_optional(scene, "camera", camera)?,
             },
-            Op::SetSkin { node, skin } => Edit::SetSkin {
-                node: self.find(scene, "node", node)?,
-                skin: self.find_optional(scene, "skin", skin)?,
-            },
+            Op::SetSkin { node, skin } => {
+                Edit::SetSkin { node: self.find(scene, "node", node)?, skin: self.find_optional(scene, "skin", skin)? }
+            }
             Op::AssignMaterial { mesh, primitive, material } => Edit::AssignMaterial {
                 mesh: self.find(scene, "mesh", mesh)?,
                 primitive: *primitive,
@@ -445,7 +443,8 @@ impl Session {
         let full = self.folder.join(path);
         let imported = import_path(&full, &self.import).map_err(|error| EditError::File(error.to_string()))?;
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(std::fs::File::open(&full).map_err(|e| EditError::File(format!("{}: {e}", full.display())))?)
+        hasher
+            .update_reader(std::fs::File::open(&full).map_err(|e| EditError::File(format!("{}: {e}", full.display())))?)
             .map_err(|error| EditError::File(format!("{}: {error}", full.display())))?;
         Ok(MergedFile {
             path: path.to_owned(),

@@ -69,6 +69,15 @@ impl Children {
         self.len() == 0
     }
 
+    /// Bytes that the list holds besides itself.
+    pub(crate) fn heap_bytes(&self) -> usize {
+        match &self.0 {
+            Form::List(ids) => size_of_val(&ids[..]),
+            // Blocks are half full at least on the whole; a map's entry takes about twice its content.
+            Form::Tree(tree) => tree.blocks.len() * (size_of::<Block>() + WIDTH * 8) + tree.leaf_of.capacity() * 24,
+        }
+    }
+
     /// The place of a child, or `None` if it is none.
     pub fn position(&self, id: NodeId) -> Option<usize> {
         match &self.0 {

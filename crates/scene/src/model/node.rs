@@ -1,6 +1,6 @@
 use super::{AccessorId, CameraId, Children, Extra, LightId, MeshId, NodeId, SkinId};
-use serde::{Deserialize, Serialize};
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use serde::{Deserialize, Serialize};
 
 /// A node's local transform, as the file has it: parent from node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

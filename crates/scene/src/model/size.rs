@@ -21,9 +21,10 @@ impl Scene {
             + self.variants.slot_bytes()
             + self.packets.slot_bytes();
         let name = |name: &Option<String>| name.as_ref().map_or(0, String::len);
-        let nodes = self.nodes.values().map(|node| {
-            name(&node.name) + size_of_val(node.children.0.as_slice()) + node.weights.as_deref().map_or(0, size_of_val)
-        });
+        let nodes = self
+            .nodes
+            .values()
+            .map(|node| name(&node.name) + node.children.heap_bytes() + node.weights.as_deref().map_or(0, size_of_val));
         let meshes = self.meshes.values().map(|mesh| {
             let of = |p: &Primitive| size_of::<Primitive>() + size_of_val(p.attributes.0.as_slice());
             name(&mesh.name) + mesh.primitives.iter().map(of).sum::<usize>()

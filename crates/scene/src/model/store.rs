@@ -193,6 +193,13 @@ impl<K: Key, V> Store<K, V> {
         self.values[slot].take()
     }
 
+    /// Takes an object out for good, whoever refers to it.
+    #[cfg(test)]
+    pub(crate) fn remove(&mut self, id: K) -> Option<V> {
+        self.set_parked(id, true);
+        self.purge(id)
+    }
+
     /// Objects that are parked.
     pub(crate) fn parked(&self) -> usize {
         self.parked

@@ -109,6 +109,17 @@ pub(crate) fn pointer_index(pointer: &str) -> Option<(Kind, usize, &str)> {
     None
 }
 
+/// Writes the index of an object where the JSON of an extension refers to it: a number, or the first index of a JSON pointer.
+pub(crate) fn write_index(slot: &mut Value, kind: Kind, index: u64) {
+    *slot = match slot.as_str() {
+        None => index.into(),
+        Some(pointer) => {
+            let rest = pointer_index(pointer).map_or("", |(_, _, rest)| rest);
+            format!("{}/{index}{rest}", kind.array()).into()
+        }
+    };
+}
+
 /// Calls `found` for each value at a path.
 fn each(value: &Value, path: &str, pointer: &mut String, found: &mut impl FnMut(&Value, &str)) {
     let (step, rest) = match path.split_once('/') {

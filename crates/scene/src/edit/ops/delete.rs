@@ -59,12 +59,7 @@ pub fn delete(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
 
 /// Takes the channels that move nodes that go out of an animation, and the samplers that only they had. An animation
 /// without channels goes (glTF 2.0 asks for one at least).
-fn without_channels(
-    p: &mut Plan<'_>,
-    id: AnimationId,
-    gone: &HashSet<AnyId>,
-    parked: &mut Vec<AnyId>,
-) -> Result<()> {
+fn without_channels(p: &mut Plan<'_>, id: AnimationId, gone: &HashSet<AnyId>, parked: &mut Vec<AnyId>) -> Result<()> {
     let mut animation = p.animation(id)?.clone();
     p.visited += animation.channels.len() as u64;
     let refers = |extra: &Extra| extra.links().iter().any(|link| gone.contains(&link.target));

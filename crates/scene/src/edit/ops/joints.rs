@@ -10,6 +10,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// Where an influence of a joint goes: to another one, by its new index, or nowhere.
 type Targets = Vec<Option<u16>>;
 
+/// The accessors of a set: joints and weights.
+type Influences = (AccessorId, AccessorId);
+
 /// Takes the joints that go out of a skin, with their inverse bind matrices, and brings the vertices of the meshes that it
 /// deforms along: what followed a joint that goes follows its nearest ancestor that stays, and where there is none, the
 /// other influences share its weight. A skin that loses all joints goes, and its meshes stand still. O(joints + vertices).
@@ -108,15 +111,8 @@ pub fn add_accessor(
 ) -> AccessorId {
     let length = bytes.len();
     let buffer = p.add_buffer(Buffer { name: None, uri: None, data: Blob::new(bytes), extra: Extra::default() });
-    let view = p.add_view(BufferView {
-        name: None,
-        buffer,
-        offset: 0,
-        length,
-        stride: None,
-        target,
-        extra: Extra::default(),
-    });
+    let view =
+        p.add_view(BufferView { name: None, buffer, offset: 0, length, stride: None, target, extra: Extra::default() });
     p.add_accessor(Accessor {
         name: None,
         view: Some(view),
@@ -135,7 +131,7 @@ pub fn add_accessor(
 /// Gives the nodes of a skin a mesh whose joints are the new ones: the mesh itself if nobody else shows it, else a copy.
 fn remap_mesh(p: &mut Plan<'_>, id: MeshId, nodes: &[NodeId], targets: &Targets) -> Result<()> {
     let mut mesh = p.mesh(id)?.clone();
-    let mut known: HashMap<Vec<(AccessorId, AccessorId)>, Vec<(AccessorId, AccessorId)>> = HashMap::new();
+    let mut known: HashMap<Vec<Influences>, Vec<Influences>> = HashMap::new();
     for primitive in &mut mesh.primitives {
         let mut sets = Vec::new();
         for set in 0.. {

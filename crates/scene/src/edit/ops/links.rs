@@ -73,7 +73,9 @@ fn remove_extension(extra: &mut Extra, path: &str) {
         extensions.shift_remove(&name);
     }
     if let Some(other) = &mut extra.other {
-        other.links.retain(|link| link.path.strip_prefix(&*prefix).is_none_or(|rest| !rest.is_empty() && !rest.starts_with('/')));
+        other.links.retain(|link| {
+            link.path.strip_prefix(&*prefix).is_none_or(|rest| !rest.is_empty() && !rest.starts_with('/'))
+        });
     }
 }
 
@@ -89,7 +91,8 @@ mod tests {
 
     fn lod(ids: &[usize]) -> Extra {
         let Value::Object(extensions) = json!({"MSFT_lod": {"ids": ids}, "X": 1}) else { unreachable!() };
-        let links = ids.iter().enumerate().map(|(i, &id)| Link { path: format!("/MSFT_lod/ids/{i}").into(), target: node(id) });
+        let links =
+            ids.iter().enumerate().map(|(i, &id)| Link { path: format!("/MSFT_lod/ids/{i}").into(), target: node(id) });
         let other = Other { links: links.collect(), ..Other::default() };
         Extra { extensions: Some(Box::new(extensions)), other: Some(Box::new(other)), ..Extra::default() }
     }

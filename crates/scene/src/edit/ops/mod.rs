@@ -176,7 +176,10 @@ pub enum Edit {
     /// Drops what nothing refers to.
     RemoveUnused,
     /// Steps that have been planned already: an inverse, or what was undone.
-    Steps(Vec<Step>),
+    Steps {
+        /// In order.
+        steps: Vec<Step>,
+    },
 }
 
 impl Edit {
@@ -205,7 +208,7 @@ impl Edit {
             Self::SelectVariant { .. } => "select_variant",
             Self::MergeScene { .. } => "merge_scene",
             Self::RemoveUnused => "remove_unused",
-            Self::Steps(_) => "steps",
+            Self::Steps { .. } => "steps",
         }
     }
 }
@@ -219,9 +222,7 @@ pub(super) fn plan(p: &mut Plan<'_>, edit: Edit) -> Result<()> {
         Edit::AddLight { parent, light } => parameters::add_light(p, parent, &light),
         Edit::Delete { node } => delete::delete(p, node),
         Edit::Duplicate { node } => duplicate::duplicate(p, node),
-        Edit::Reparent { node, parent, index, keep_world } => {
-            hierarchy::reparent(p, node, parent, index, keep_world)
-        }
+        Edit::Reparent { node, parent, index, keep_world } => hierarchy::reparent(p, node, parent, index, keep_world),
         Edit::Rename { object, name } => assign::rename(p, object, name),
         Edit::SetVisible { node, visible } => hierarchy::set_visible(p, node, visible),
         Edit::SetMesh { node, mesh } => assign::set_mesh(p, node, mesh),
@@ -238,7 +239,7 @@ pub(super) fn plan(p: &mut Plan<'_>, edit: Edit) -> Result<()> {
         Edit::MergeScene { file, parent } => merge_scene::merge(p, file, parent),
         Edit::RemoveUnused => delete::remove_unused(p),
         // These are carried out as they are.
-        Edit::Steps(steps) => {
+        Edit::Steps { steps } => {
             steps.into_iter().for_each(|step| p.step(step));
             Ok(())
         }

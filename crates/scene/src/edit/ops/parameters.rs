@@ -37,8 +37,7 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
         return Err(EditError::value("/set", "it must be an object: a JSON merge patch"));
     }
     let text = export::gltf::object_text(p.scene, id).map_err(|fault| EditError::missing(id, fault.to_string()))?;
-    let mut value: Value =
-        serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
+    let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
     merge_patch(&mut value, patch);
     let object = object(p, id.kind(), &value, "/set")?;
     p.replace(match (id, object) {

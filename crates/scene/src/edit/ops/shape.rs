@@ -50,9 +50,8 @@ impl Triangles {
     fn square(&mut self, normal: DVec3, right: DVec3, distance: f64) {
         let up = normal.cross(right);
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let [a, b, c, d] = corners.map(|(u, v)| {
-            self.vertex(normal * distance + right * u + up * v, normal, [0.5 + 0.5 * u, 0.5 - 0.5 * v])
-        });
+        let [a, b, c, d] = corners
+            .map(|(u, v)| self.vertex(normal * distance + right * u + up * v, normal, [0.5 + 0.5 * u, 0.5 - 0.5 * v]));
         self.indices.extend([a, b, c, a, c, d]);
     }
 

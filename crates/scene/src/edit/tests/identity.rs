@@ -117,9 +117,15 @@ fn nonsense_is_refused_and_changes_nothing() {
         (json!({"op": "delete", "nod": 1}), "unknown field"),
         (json!({"op": "fly"}), "unknown variant"),
         (json!({"op": "set_transform", "node": 0, "rotation": [0, 0, 0, 0]}), "/rotation: a quaternion of length 0"),
-        (json!({"op": "set_transform", "node": 0, "matrix": [1,1,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}), "/matrix: it shears"),
+        (
+            json!({"op": "set_transform", "node": 0, "matrix": [1,1,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}),
+            "/matrix: it shears",
+        ),
         (json!({"op": "set_transform", "node": 0, "matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}), "the last row"),
-        (json!({"op": "set_transform", "node": 0, "scale": [1,1,1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}), "not both"),
+        (
+            json!({"op": "set_transform", "node": 0, "scale": [1,1,1], "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}),
+            "not both",
+        ),
         (json!({"op": "reparent", "node": 0, "parent": 0}), "its own parent"),
         (json!({"op": "reparent", "node": 0, "parent": 1}), "which is below it"),
         (json!({"op": "reparent", "node": 0}), "/parent: it is missing"),
@@ -128,10 +134,14 @@ fn nonsense_is_refused_and_changes_nothing() {
         (json!({"op": "assign_material", "mesh": 0, "primitive": 7, "material": 0}), "no primitive 7; it has 1"),
         (json!({"op": "set_material", "material": 0, "set": {"alphaMode": "FOG"}}), "/set/alphaMode"),
         (json!({"op": "set_material", "material": 0, "set": {"doubleSided": 1}}), "/set/doubleSided"),
-        (json!({"op": "set_material", "material": 0, "set": {"pbrMetallicRoughness": {"metallicFactor": 2}}}),
-            "/set/pbrMetallicRoughness/metallicFactor: a factor"),
-        (json!({"op": "set_material", "material": 0, "set": {"emissiveTexture": {"index": 77}}}),
-            "/set/emissiveTexture/index: there is no texture 77"),
+        (
+            json!({"op": "set_material", "material": 0, "set": {"pbrMetallicRoughness": {"metallicFactor": 2}}}),
+            "/set/pbrMetallicRoughness/metallicFactor: a factor",
+        ),
+        (
+            json!({"op": "set_material", "material": 0, "set": {"emissiveTexture": {"index": 77}}}),
+            "/set/emissiveTexture/index: there is no texture 77",
+        ),
         (json!({"op": "set_material", "material": 0, "set": 3}), "/set: it must be an object"),
         (json!({"op": "set_light", "light": 0, "set": {"type": "laser"}}), "/set/type"),
         (json!({"op": "set_camera_params", "camera": 0, "set": {"type": "fisheye"}}), "/set/type"),
@@ -191,7 +201,8 @@ fn a_drag_is_one_step() {
     let start = bytes(&scene);
     let [one, two] = [1, 2].map(|i| scene.nodes.id_in_slot(i).unwrap());
     let mut drag = |node, at: u64| {
-        let transform = Transform::Trs { translation: [at as f64, 0.0, 0.0], rotation: [0., 0., 0., 1.], scale: [1.; 3] };
+        let transform =
+            Transform::Trs { translation: [at as f64, 0.0, 0.0], rotation: [0., 0., 0., 1.], scale: [1.; 3] };
         let grouping = Grouping::Drag(Duration::from_millis(at));
         history.apply(&mut scene, Edit::SetTransform { node, transform }, grouping).unwrap();
         history.done().len()

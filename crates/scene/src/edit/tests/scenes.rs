@@ -26,7 +26,14 @@ pub fn skinned() -> Scene {
         bin.extend(vertex.map(|v: u8| v));
     }
     let weights = bin.len();
-    let all = [[0.25f32; 4], [0.5, 0.5, 0., 0.], [0.75, 0.25, 0., 0.], [1., 0., 0., 0.], [1., 0., 0., 0.], [0.5, 0.5, 0., 0.]];
+    let all = [
+        [0.25f32; 4],
+        [0.5, 0.5, 0., 0.],
+        [0.75, 0.25, 0., 0.],
+        [1., 0., 0., 0.],
+        [1., 0., 0., 0.],
+        [0.5, 0.5, 0., 0.],
+    ];
     all.iter().flatten().for_each(|v| bin.extend(v.to_le_bytes()));
     let matrices = bin.len();
     for joint in 0..4u8 {

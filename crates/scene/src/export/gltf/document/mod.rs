@@ -13,7 +13,7 @@ use crate::Scene;
 use crate::export::ExportFault;
 use crate::export::json::{Json, Object};
 use crate::model::*;
-use crate::visit::{declared_extensions, pointer_index};
+use crate::visit::{declared_extensions, write_index};
 use serde_json::Value;
 
 /// What the document is written from.
@@ -149,14 +149,7 @@ impl Document<'_> {
         let mut value = value.clone();
         for (path, target) in links {
             let Some(slot) = value.pointer_mut(&path) else { continue };
-            let index = self.indices.of_any(target);
-            *slot = match slot.as_str() {
-                None => index.into(),
-                Some(pointer) => {
-                    let rest = pointer_index(pointer).map_or("", |(_, _, rest)| rest);
-                    format!("{}/{index}{rest}", target.kind().array()).into()
-                }
-            };
+            write_index(slot, target.kind(), self.indices.of_any(target));
         }
         o.value(name, &value);
     }

@@ -19,8 +19,8 @@ use crate::Scene;
 use crate::import::ImportFault;
 use crate::import::budget::Budget;
 use crate::import::files::Files;
-use crate::import::warning::{Warning, WarningKind, Warnings};
 use crate::import::gltf::parse::parse;
+use crate::import::warning::{Warning, WarningKind, Warnings};
 use crate::model::{Asset, Blob, Kind, Packet};
 use crate::place::At;
 use crate::visit;
@@ -106,7 +106,8 @@ pub fn convert_object(kind: Kind, text: &str, bounds: &dyn Fn(Kind) -> usize) ->
     let budget = Budget::new(u64::MAX);
     let files = Files::new(None, false, &budget);
     let counts = Counts { textures: bounds(Kind::Texture), ..Counts::default() };
-    let mut c = Converter { scene: Scene::default(), counts, warnings: Warnings::default(), files: &files, budget: &budget };
+    let mut c =
+        Converter { scene: Scene::default(), counts, warnings: Warnings::default(), files: &files, budget: &budget };
     let array = At::Root.path(kind.array());
     let at = &array.index(0);
     match kind {
