@@ -5,7 +5,7 @@ use crate::DeriveWarning;
 use crate::budget::Budget;
 use crate::derived::materials::ImageUse;
 use crate::derived::primitives;
-use crate::geometry::{GeometryStreams, decode_primitives};
+use crate::geometry::{GeometryPlan, GeometryStreams};
 use crate::textures::{ImageLimits, Levels, decode_images};
 use orthant_resident::image::ImageData;
 use orthant_scene::Scene;
@@ -33,19 +33,18 @@ impl DecodedScene {
         let budget = Budget::new(max_bytes);
         let primitives = primitives::distinct(scene);
         let no_emitters = vec![false; primitives.len()];
-        let streams = || decode_primitives(scene, &primitives, &no_emitters, &budget, &|_| None);
+        let plan = GeometryPlan::new(scene, &primitives, &no_emitters, &budget)?;
+        let limits = ImageLimits { max_bytes: budget.left(), levels: Levels::First };
         let images = || {
             let ids = scene.images().ids().filter(|_| images);
             let uses: Vec<ImageUse> = ids.map(|image| ImageUse { image, srgb: true }).collect();
             let mut warnings = Vec::new();
-            let images = decode_images(scene, &uses, ImageLimits { max_bytes, levels: Levels::First }, &mut warnings)?;
+            let images = decode_images(scene, &uses, limits, &mut warnings)?;
             Ok((images, warnings))
         };
-        let (streams, images) = rayon::join(streams, images);
+        let (streams, images) = rayon::join(|| plan.decode(&|_| None), images);
         let (streams, (images, warnings)) = (streams?, images?);
-        let decoded = Self { streams, images, warnings };
-        budget.charge(decoded.image_bytes()).map_err(|over| DeriveError::over_budget("/images", "the images", over))?;
-        Ok(decoded)
+        Ok(Self { streams, images, warnings })
     }
 
     /// Bytes of the geometry streams.

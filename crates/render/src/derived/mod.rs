@@ -15,7 +15,7 @@ pub mod primitives;
 pub mod render_nodes;
 
 use crate::budget::Budget;
-use crate::geometry::{GeometryStreams, RenderPrimitive, decode_primitives};
+use crate::geometry::{GeometryPlan, GeometryStreams, RenderPrimitive};
 use crate::textures::{ImageLimits, Levels};
 use crate::{DeriveError, DeriveWarning};
 use glam::{DAffine3, DVec3, Vec3};
@@ -47,12 +47,12 @@ impl Default for DeriveOptions {
     }
 }
 
-/// Time that the parts of a derivation took.
+/// Time that the parts of a derivation took. Geometry and images are decoded side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeriveTimes {
-    /// Accessors to streams.
+    /// Accessors to streams, until the last was ready.
     pub geometry: Duration,
-    /// Encoded images to mip chains.
+    /// Encoded images to mip chains, until the last was ready.
     pub images: Duration,
     /// Everything else: hierarchy, rows.
     pub rows: Duration,
@@ -98,19 +98,24 @@ impl DerivedScene {
         let table = primitives::register(scene, options.variant, &mut warnings);
         let mut hierarchy = Hierarchy::build(scene, options.scene, &table)?;
 
-        let geometry_start = Instant::now();
+        // Geometry and images side by side: a mesh whose tangents are made keeps one thread busy for long.
+        let start_of_data = Instant::now();
         let emissive = emitters::emissive_primitives(scene, &table);
-        let streams = decode_primitives(scene, &table.primitives, &emissive, &budget, &|i| {
-            table.primitives[i].deformed_by.map(|node| hierarchy.pose(scene, node))
-        })?;
-        let geometry = geometry_start.elapsed();
-
-        let images_start = Instant::now();
+        let plan = GeometryPlan::new(scene, &table.primitives, &emissive, &budget)?;
         let limits = ImageLimits { max_bytes: budget.left(), levels: Levels::All };
-        let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings)?;
+        let decode_geometry = || {
+            let pose = |i: usize| table.primitives[i].deformed_by.map(|node| hierarchy.pose(scene, node));
+            (plan.decode(&pose), start_of_data.elapsed())
+        };
+        let decode_images = || {
+            let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings);
+            (materials, start_of_data.elapsed())
+        };
+        let ((streams, geometry), (materials, images)) = rayon::join(decode_geometry, decode_images);
+        let (streams, materials) = (streams?, materials?);
+        let data = start_of_data.elapsed();
         let image_bytes: usize = materials.images.iter().flat_map(|w| &w.image).map(|image| image.texels.len()).sum();
         budget.charge(image_bytes as u64).map_err(|over| DeriveError::over_budget("/images", "the images", over))?;
-        let images = images_start.elapsed();
 
         let origin = hierarchy.origin(&table, &streams.mesh_descs);
         let nodes =
@@ -118,7 +123,7 @@ impl DerivedScene {
         let (mut rows, owners) = (nodes.rows, nodes.owners);
         let lights = lights::derive(scene, &hierarchy, origin);
         let emitters = emitters::derive(&mut rows, &streams.mesh_descs, &materials);
-        let times = DeriveTimes { geometry, images, rows: start.elapsed().saturating_sub(geometry + images) };
+        let times = DeriveTimes { geometry, images, rows: start.elapsed().saturating_sub(data) };
         let mut derived = Self {
             origin,
             hierarchy,

@@ -61,36 +61,52 @@ struct Job<'a> {
     desc: &'a mut MeshDesc,
 }
 
-/// Decodes every primitive. `pose(i)` is how primitive `i` is deformed, for those whose `deformed_by` is set;
-/// `emissive[i]` asks for its area table. The streams are
-/// charged to `budget` before they are taken.
-pub fn decode_primitives(
-    scene: &Scene,
-    primitives: &[RenderPrimitive],
-    emissive: &[bool],
-    budget: &Budget,
-    pose: &(dyn Fn(usize) -> Option<SkinPose> + Sync),
-) -> Result<GeometryStreams, DeriveError> {
-    let mut streams = GeometryStreams::default();
-    let mut spans = Vec::with_capacity(primitives.len());
-    let mut total = Spans::default();
-    for (i, p) in primitives.iter().enumerate() {
-        let primitive = &scene.meshes()[p.mesh].primitives[p.primitive];
-        let span = Spans::of(scene, p, primitive, emissive[i]);
-        streams.mesh_descs.push(total.desc(&span)?);
-        total.add(&span);
-        spans.push(span);
-    }
-    total.check_fits_u32()?;
-    budget.charge(total.bytes()).map_err(|over| DeriveError::over_budget("/meshes", "the decoded meshes", over))?;
-    streams.positions = vec![[0.0; 3]; total.vertices];
-    streams.vertices = bytemuck::zeroed_vec(total.vertices);
-    streams.indices = vec![0; total.indices];
-    streams.tangents = vec![0; total.tangents];
-    streams.emitter_triangles = bytemuck::zeroed_vec(total.emitter_triangles);
+/// Where everything will be, before any of it is decoded: what it takes is charged, and nothing is taken yet.
+pub struct GeometryPlan<'a> {
+    scene: &'a Scene,
+    primitives: &'a [RenderPrimitive],
+    spans: Vec<Spans>,
+    total: Spans,
+    mesh_descs: Vec<MeshDesc>,
+}
 
-    let mut jobs = Vec::with_capacity(primitives.len());
-    {
+impl<'a> GeometryPlan<'a> {
+    /// Lays out the spans of every primitive. `emissive[i]` asks for the area table of primitive `i`. The streams are
+    /// charged to `budget`.
+    pub fn new(
+        scene: &'a Scene,
+        primitives: &'a [RenderPrimitive],
+        emissive: &[bool],
+        budget: &Budget,
+    ) -> Result<Self, DeriveError> {
+        let mut spans = Vec::with_capacity(primitives.len());
+        let mut mesh_descs = Vec::with_capacity(primitives.len());
+        let mut total = Spans::default();
+        for (p, &emissive) in primitives.iter().zip(emissive) {
+            let primitive = &scene.meshes()[p.mesh].primitives[p.primitive];
+            let span = Spans::of(scene, p, primitive, emissive);
+            mesh_descs.push(total.desc(&span)?);
+            total.add(&span);
+            spans.push(span);
+        }
+        total.check_fits_u32()?;
+        budget.charge(total.bytes()).map_err(|over| DeriveError::over_budget("/meshes", "the decoded meshes", over))?;
+        Ok(Self { scene, primitives, spans, total, mesh_descs })
+    }
+
+    /// Decodes every primitive, in parallel. `pose(i)` is how primitive `i` is deformed, for those whose `deformed_by` is
+    /// set.
+    pub fn decode(self, pose: &(dyn Fn(usize) -> Option<SkinPose> + Sync)) -> Result<GeometryStreams, DeriveError> {
+        let Self { scene, primitives, spans, total, mesh_descs } = self;
+        let mut streams = GeometryStreams {
+            positions: vec![[0.0; 3]; total.vertices],
+            vertices: bytemuck::zeroed_vec(total.vertices),
+            indices: vec![0; total.indices],
+            tangents: vec![0; total.tangents],
+            mesh_descs,
+            emitter_triangles: bytemuck::zeroed_vec(total.emitter_triangles),
+        };
+        let mut jobs = Vec::with_capacity(primitives.len());
         let mut positions = streams.positions.as_mut_slice();
         let mut vertices = streams.vertices.as_mut_slice();
         let mut indices = streams.indices.as_mut_slice();
@@ -109,9 +125,9 @@ pub fn decode_primitives(
                 desc,
             });
         }
+        jobs.into_par_iter().enumerate().try_for_each(|(i, job)| job.run(scene, pose(i)))?;
+        Ok(streams)
     }
-    jobs.into_par_iter().enumerate().try_for_each(|(i, job)| job.run(scene, pose(i)))?;
-    Ok(streams)
 }
 
 /// Cuts the first `n` elements off a slice.

@@ -10,7 +10,7 @@ mod rows;
 mod tangents;
 mod topology;
 
-pub use decode::{GeometryStreams, decode_primitives};
+pub use decode::{GeometryPlan, GeometryStreams};
 pub use deform::{Deformation, SkinPose};
 pub use topology::triangle_index_count;
 

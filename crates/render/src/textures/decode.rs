@@ -173,6 +173,9 @@ fn decode_image(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<ImageDat
     let mut bounds = image::Limits::no_limits();
     bounds.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));
     decoder.set_limits(bounds).map_err(broken)?;
+    if matches!(format, TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb) {
+        return Ok(budget.finish(format, width, height, rgba8(decoder).map_err(broken)?));
+    }
     let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let texels = match format {
         TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb => decoded.into_rgba8().into_raw(),
@@ -180,4 +183,79 @@ fn decode_image(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<ImageDat
         TexelFormat::Rgba32Float => bytemuck::cast_slice(&decoded.into_rgba32f()).to_vec(),
     };
     Ok(budget.finish(format, width, height, texels))
+}
+
+/// Decodes an image of one to four channels of a byte as RGBA: into the front of the texels, which are then spread in
+/// place.
+fn rgba8(decoder: impl ImageDecoder) -> image::ImageResult<Vec<u8>> {
+    let (width, height) = decoder.dimensions();
+    let count = width as usize * height as usize;
+    let channels = usize::from(decoder.color_type().channel_count());
+    let mut texels = vec![0; 4 * count];
+    decoder.read_image(&mut texels[..channels * count])?;
+    match channels {
+        1 => spread(&mut texels, |[l]| [l, l, l, u8::MAX]),
+        2 => spread(&mut texels, |[l, a]| [l, l, l, a]),
+        3 => spread(&mut texels, |[r, g, b]| [r, g, b, u8::MAX]),
+        _ => {}
+    }
+    Ok(texels)
+}
+
+/// Makes texels of four bytes of those of `N` that lie at the front: from the last one on, so that none is overwritten
+/// before it is read.
+fn spread<const N: usize>(texels: &mut [u8], to_rgba: impl Fn([u8; N]) -> [u8; 4]) {
+    /// Texels that are moved at once.
+    const BLOCK: usize = 16;
+    let count = texels.len() / 4;
+    let whole = count / BLOCK * BLOCK;
+    for i in (whole..count).rev() {
+        let texel = std::array::from_fn(|c| texels[N * i + c]);
+        texels[4 * i..4 * i + 4].copy_from_slice(&to_rgba(texel));
+    }
+    for first in (0..whole).step_by(BLOCK).rev() {
+        let mut block = [[0; N]; BLOCK];
+        block.as_flattened_mut().copy_from_slice(&texels[N * first..N * (first + BLOCK)]);
+        let out = &mut texels[4 * first..4 * (first + BLOCK)];
+        for (out, texel) in out.as_chunks_mut::<4>().0.iter_mut().zip(block) {
+            *out = to_rgba(texel);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texels_are_spread_without_being_overwritten() {
+        for count in [0, 1, 15, 16, 17, 100] {
+            let rgb: Vec<u8> = (0..3 * count).map(|i| (i * 7) as u8).collect();
+            let mut texels = rgb.clone();
+            texels.resize(4 * count, 0);
+            spread(&mut texels, |[r, g, b]| [r, g, b, 9]);
+            let expected: Vec<u8> = rgb.chunks(3).flat_map(|t| [t[0], t[1], t[2], 9]).collect();
+            assert_eq!(texels, expected);
+        }
+    }
+
+    #[test]
+    fn every_number_of_channels_is_read() {
+        let png = |color, data: &[u8]| {
+            let mut out = Vec::new();
+            let encoder = image::codecs::png::PngEncoder::new(&mut out);
+            image::ImageEncoder::write_image(encoder, data, 2, 1, color).unwrap();
+            out
+        };
+        use image::ExtendedColorType::{L8, La8, Rgb8, Rgba8};
+        for (color, data, expected) in [
+            (L8, &[1u8, 2][..], [1, 1, 1, 255, 2, 2, 2, 255]),
+            (La8, &[1, 2, 3, 4], [1, 1, 1, 2, 3, 3, 3, 4]),
+            (Rgb8, &[1, 2, 3, 4, 5, 6], [1, 2, 3, 255, 4, 5, 6, 255]),
+            (Rgba8, &[1, 2, 3, 4, 5, 6, 7, 8], [1, 2, 3, 4, 5, 6, 7, 8]),
+        ] {
+            let (image, _) = decode_bytes(&png(color, data), true, 1 << 20).unwrap();
+            assert_eq!(image.texels[..8], expected, "{color:?}");
+        }
+    }
 }

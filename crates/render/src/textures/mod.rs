@@ -14,6 +14,7 @@ mod mips;
 mod srgb;
 #[cfg(test)]
 mod tests;
+mod texels;
 
 pub use decode::{ImageLimits, Levels, decode_images};
 pub use mips::{mean_color, mip_chain};
