@@ -29,6 +29,11 @@ impl Budget {
         self.max - self.used.load(Ordering::Relaxed)
     }
 
+    /// Gives back what was charged and is free again.
+    pub fn release(&self, bytes: u64) {
+        self.used.fetch_sub(bytes, Ordering::Relaxed);
+    }
+
     /// Charges bytes before they are taken.
     ///
     /// # Errors
@@ -53,5 +58,7 @@ mod tests {
         assert_eq!(budget.charge(4), Err(OverBudget { needed: 4, left: 3 }));
         assert_eq!(budget.charge(u64::MAX), Err(OverBudget { needed: u64::MAX, left: 3 }));
         assert_eq!(budget.charge(3), Ok(()));
+        budget.release(2);
+        assert_eq!(budget.left(), 2);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::deform::{Deformation, deform};
 use super::rows::{Attributes, Bounds};
-use super::tangents::{encode_or_any, mikktspace};
+use super::tangents::{MIKKTSPACE_BYTES, encode_or_any, mikktspace};
 use super::topology::{triangle_index_count, write_triangles};
 use super::{RenderPrimitive, SkinPose};
 use crate::DeriveError;
@@ -68,36 +68,47 @@ pub struct GeometryPlan<'a> {
     spans: Vec<Spans>,
     total: Spans,
     mesh_descs: Vec<MeshDesc>,
+    budget: &'a Budget,
+    /// Bytes that are charged until all is decoded.
+    working: u64,
 }
 
 impl<'a> GeometryPlan<'a> {
     /// Lays out the spans of every primitive. `emissive[i]` asks for the area table of primitive `i`. The streams are
-    /// charged to `budget`.
+    /// charged to `budget`, and so is what the threads have in hand until they are filled.
     pub fn new(
         scene: &'a Scene,
         primitives: &'a [RenderPrimitive],
         emissive: &[bool],
-        budget: &Budget,
+        budget: &'a Budget,
     ) -> Result<Self, DeriveError> {
         let mut spans = Vec::with_capacity(primitives.len());
         let mut mesh_descs = Vec::with_capacity(primitives.len());
         let mut total = Spans::default();
+        let mut working = Vec::with_capacity(primitives.len());
         for (p, &emissive) in primitives.iter().zip(emissive) {
             let primitive = &scene.meshes()[p.mesh].primitives[p.primitive];
             let span = Spans::of(scene, p, primitive, emissive);
             mesh_descs.push(total.desc(&span)?);
             total.add(&span);
+            working.push(working_bytes(scene, p, primitive, &span));
             spans.push(span);
         }
         total.check_fits_u32()?;
-        budget.charge(total.bytes()).map_err(|over| DeriveError::over_budget("/meshes", "the decoded meshes", over))?;
-        Ok(Self { scene, primitives, spans, total, mesh_descs })
+        // Whichever primitives the threads have in hand at once, it is no more than the largest ones take.
+        working.sort_unstable();
+        let at_once = working.iter().rev().take(rayon::current_num_threads());
+        let working = at_once.fold(0, |sum: u64, &bytes| sum.saturating_add(bytes));
+        budget
+            .charge(total.bytes().saturating_add(working))
+            .map_err(|over| DeriveError::over_budget("/meshes", "the decoded meshes", over))?;
+        Ok(Self { scene, primitives, spans, total, mesh_descs, budget, working })
     }
 
     /// Decodes every primitive, in parallel. `pose(i)` is how primitive `i` is deformed, for those whose `deformed_by` is
     /// set.
     pub fn decode(self, pose: &(dyn Fn(usize) -> Option<SkinPose> + Sync)) -> Result<GeometryStreams, DeriveError> {
-        let Self { scene, primitives, spans, total, mesh_descs } = self;
+        let Self { scene, primitives, spans, total, mesh_descs, budget, working } = self;
         let mut streams = GeometryStreams {
             positions: vec![[0.0; 3]; total.vertices],
             vertices: bytemuck::zeroed_vec(total.vertices),
@@ -126,8 +137,40 @@ impl<'a> GeometryPlan<'a> {
             });
         }
         jobs.into_par_iter().enumerate().try_for_each(|(i, job)| job.run(scene, pose(i)))?;
+        budget.release(working);
         Ok(streams)
     }
+}
+
+/// An upper bound of what one primitive takes while it is decoded: copies of attributes that are not stored as they are
+/// read, a pose, tangents.
+fn working_bytes(scene: &Scene, render_primitive: &RenderPrimitive, primitive: &Primitive, span: &Spans) -> u64 {
+    fn copy<const N: usize>(scene: &Scene, id: Option<AccessorId>) -> usize {
+        let in_place = id.is_none_or(|id| accessor::borrow_f32::<N>(scene, id).is_ok_and(|floats| floats.is_some()));
+        if in_place { 0 } else { N * size_of::<f32>() }
+    }
+    let get = |semantic: &str| primitive.attributes.get(semantic);
+    let mut vertex = copy::<3>(scene, get("POSITION"))
+        + copy::<3>(scene, get("NORMAL"))
+        + copy::<2>(scene, get("TEXCOORD_0"))
+        + copy::<2>(scene, get("TEXCOORD_1"))
+        // Three components become four in a second copy.
+        + if get("COLOR_0").is_some() { 28 } else { 0 };
+    if render_primitive.deformed_by.is_some() {
+        // Positions and normals, the deltas of all targets, and joints with their weights.
+        let sets = primitive.attributes.0.iter().filter(|(semantic, _)| semantic.starts_with("JOINTS_")).count();
+        vertex += 24 + 24 * primitive.targets.len() + 24 * sets;
+    }
+    if render_primitive.tangents_from_uv.is_some() {
+        vertex += copy::<4>(scene, get("TANGENT"));
+    }
+    let has_tangents = get("TANGENT").is_some() && get("NORMAL").is_some() && render_primitive.deformed_by.is_none();
+    let corner = if span.tangents > 0 && !has_tangents { MIKKTSPACE_BYTES } else { 0 };
+    let index = if primitive.indices.is_none_or(|id| accessor::is_packed(scene, id)) { 0 } else { size_of::<u32>() };
+    let bytes = |count: usize, each: usize| (count as u64).saturating_mul(each as u64);
+    bytes(span.vertices, vertex)
+        .saturating_add(bytes(span.indices, corner + index))
+        .saturating_add(bytes(span.emitter_triangles, size_of::<f64>()))
 }
 
 /// Cuts the first `n` elements off a slice.

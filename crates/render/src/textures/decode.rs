@@ -1,23 +1,23 @@
 //! Encoded images to [`ImageData`], in parallel, within a budget of bytes.
 
 use super::file::TextureFile;
-use super::mips::{chain_bytes, mip_chain};
+use super::mips::mip_chain;
+use super::need::{self, Need};
 use super::{dds, ktx2};
 use crate::derived::materials::ImageUse;
 use crate::{DeriveError, DeriveWarning};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use orthant_resident::image::{ImageData, MipLevel, TexelFormat};
 use orthant_scene::Scene;
-use orthant_scene::model::{Image, Store};
+use orthant_scene::model::Store;
 use rayon::prelude::*;
 use std::io::Cursor;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bounds on what images may take.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageLimits {
-    /// Most bytes of all decoded images, as many levels as are asked for.
+    /// Most bytes of all decoded images, as many levels as are asked for, and of what decoders have in hand meanwhile.
     pub max_bytes: u64,
     /// Which levels are made.
     pub levels: Levels,
@@ -32,51 +32,49 @@ pub enum Levels {
     All,
 }
 
-/// Why an image is not shown.
+/// Why an image is not shown: it is broken, missing or of an unknown kind, and its textures are left out.
 #[derive(Debug)]
-pub(super) enum Failure {
-    /// It is broken, missing or of an unknown kind: its textures are left out.
-    Warning(String),
-    /// It does not fit the budget.
-    OverBudget { needed: u64 },
-}
+pub(super) struct Broken(pub String);
 
 /// Decodes images in the order given. Missing and broken ones become `None` and a warning.
 ///
 /// # Errors
-/// When the images together need more than the budget; nothing larger than the budget is allocated before that is known.
+/// When the images together need more than the budget: that is known from their headers, before anything is decoded.
 pub fn decode_images(
     scene: &Scene,
     uses: &[ImageUse],
     limits: ImageLimits,
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Vec<Option<Arc<ImageData>>>, DeriveError> {
-    let taken = AtomicU64::new(0);
-    let budget = Budget { limits, taken: &taken };
-    let decode_use = |use_: &ImageUse| {
-        let image: &Image = &scene.images()[use_.image];
-        let data = image.data.as_ref().ok_or_else(|| Failure::Warning("the image file is missing".into()))?;
-        decode(data, use_.srgb, &budget)
+    let place = |use_: &ImageUse| format!("/images/{}", Store::<_, ()>::slot(use_.image));
+    let data = |use_: &ImageUse| {
+        let data = scene.images()[use_.image].data.as_deref();
+        data.ok_or_else(|| Broken("the image file is missing".into()))
     };
-    let results: Vec<_> = uses.par_iter().map(decode_use).collect();
+    let need_of = |use_: &ImageUse| Need::of(data(use_)?, use_.srgb, limits.levels);
+    let needs: Vec<Result<Need, Broken>> = uses.par_iter().map(need_of).collect();
+    if let Err(over) = need::check(&needs, limits.max_bytes, rayon::current_num_threads()) {
+        let (needed, max_bytes) = (over.needed, limits.max_bytes);
+        let what =
+            format!("the image needs {needed} bytes, which with those before it is over the limit of {max_bytes}");
+        return Err(DeriveError::new(place(&uses[over.index]), what, "raise --max-memory, or shrink the image"));
+    }
+    let decode_use = |(use_, need): (&ImageUse, Result<Need, Broken>)| {
+        need?;
+        decode(data(use_)?, use_.srgb, limits.levels)
+    };
+    let results: Vec<_> = uses.par_iter().zip(needs).map(decode_use).collect();
     let mut images = Vec::with_capacity(uses.len());
     for (use_, result) in uses.iter().zip(results) {
-        let place = format!("/images/{}", Store::<_, ()>::slot(use_.image));
         match result {
             Ok((image, note)) => {
-                warnings.extend(note.map(|what| DeriveWarning { place, what }));
+                warnings.extend(note.map(|what| DeriveWarning { place: place(use_), what }));
                 images.push(Some(Arc::new(image)));
             }
-            Err(Failure::Warning(reason)) => {
-                warnings.push(DeriveWarning { place, what: format!("{reason}; its textures are left out") });
+            Err(Broken(reason)) => {
+                let what = format!("{reason}; its textures are left out");
+                warnings.push(DeriveWarning { place: place(use_), what });
                 images.push(None);
-            }
-            Err(Failure::OverBudget { needed }) => {
-                let what = format!(
-                    "the image needs {needed} bytes, which with those before it is over the limit of {}",
-                    limits.max_bytes
-                );
-                return Err(DeriveError::new(place, what, "raise --max-memory, or shrink the image"));
             }
         }
     }
@@ -85,104 +83,104 @@ pub fn decode_images(
 }
 
 /// An image, and what it shows otherwise than its file says.
-type Decoded = (ImageData, Option<String>);
+pub(super) type Decoded = (ImageData, Option<String>);
 
-/// The bytes that images may take, and have taken.
-struct Budget<'a> {
-    limits: ImageLimits,
-    taken: &'a AtomicU64,
+/// KTX2 and DDS by content, whatever the document says that the image is; `None` for all else.
+pub(super) fn open_file(data: &[u8]) -> Option<Result<TextureFile<'_>, Broken>> {
+    let file = if data.starts_with(ktx2::MAGIC) {
+        ktx2::open(data)
+    } else if data.starts_with(dds::MAGIC) {
+        dds::open(data)
+    } else {
+        return None;
+    };
+    Some(file.map_err(Broken))
 }
 
-impl Budget<'_> {
-    /// Charges an image with its levels, before memory is taken for it.
-    fn charge(&self, format: TexelFormat, width: u32, height: u32) -> Result<(), Failure> {
-        let needed = match self.limits.levels {
-            Levels::All => chain_bytes(format, width, height),
-            Levels::First => (u64::from(width) * u64::from(height)).saturating_mul(format.bytes() as u64),
-        };
-        let before = self.taken.fetch_add(needed, Ordering::Relaxed);
-        let fits = before.saturating_add(needed) <= self.limits.max_bytes;
-        if fits { Ok(()) } else { Err(Failure::OverBudget { needed }) }
-    }
-
-    /// An image of its first level, with the levels that are asked for.
-    fn finish(&self, format: TexelFormat, width: u32, height: u32, texels: Vec<u8>) -> ImageData {
-        match self.limits.levels {
-            Levels::All => mip_chain(format, width, height, texels),
-            Levels::First => ImageData { format, levels: vec![MipLevel { width, height, offset: 0 }], texels },
-        }
-    }
-}
-
-/// Decodes by content, whatever the document says that the image is.
-fn decode(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<Decoded, Failure> {
-    if data.starts_with(ktx2::MAGIC) {
-        return decode_file(&ktx2::open(data).map_err(Failure::Warning)?, srgb, budget);
-    }
-    if data.starts_with(dds::MAGIC) {
-        return decode_file(&dds::open(data).map_err(Failure::Warning)?, srgb, budget);
-    }
-    Ok((decode_image(data, srgb, budget)?, None))
-}
-
-/// [`decode`] of one image alone.
-#[cfg(test)]
-pub(super) fn decode_bytes(data: &[u8], srgb: bool, max_bytes: u64) -> Result<Decoded, Failure> {
-    decode(data, srgb, &Budget { limits: ImageLimits { max_bytes, levels: Levels::All }, taken: &AtomicU64::new(0) })
-}
-
-/// KTX2 and DDS: the file's own levels where it has all of them, else the first and ours.
-fn decode_file(file: &TextureFile<'_>, srgb: bool, budget: &Budget<'_>) -> Result<Decoded, Failure> {
-    let format = file.texel_format(srgb);
-    budget.charge(format, file.width, file.height)?;
-    let first = file.decode(0).map_err(Failure::Warning)?;
-    if file.levels.len() == 1 || budget.limits.levels == Levels::First {
-        return Ok((budget.finish(format, file.width, file.height, first), file.note.clone()));
-    }
-    let mut image = ImageData { format, levels: Vec::with_capacity(file.levels.len()), texels: Vec::new() };
-    for level in 0..file.levels.len() {
-        let texels = if level == 0 { &first } else { &file.decode(level).map_err(Failure::Warning)? };
-        let (width, height) = file.size(level);
-        image.levels.push(MipLevel { width, height, offset: image.texels.len() });
-        image.texels.extend_from_slice(texels);
-    }
-    Ok((image, file.note.clone()))
-}
-
-/// PNG, JPEG, WebP and Radiance HDR.
-fn decode_image(data: &[u8], srgb: bool, budget: &Budget<'_>) -> Result<ImageData, Failure> {
-    let broken = |e: image::ImageError| Failure::Warning(format!("the image cannot be decoded: {e}"));
+/// Reads the header of a PNG, JPEG, WebP or Radiance HDR file. The decoder may take no more than its image warrants.
+pub(super) fn open_image(data: &[u8]) -> Result<impl ImageDecoder + '_, Broken> {
     let reader = ImageReader::new(Cursor::new(data))
         .with_guessed_format()
-        .map_err(|e| Failure::Warning(format!("the image cannot be read: {e}")))?;
+        .map_err(|e| Broken(format!("the image cannot be read: {e}")))?;
     let mut decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
-        return Err(Failure::Warning("the image has no texels".into()));
+        return Err(Broken("the image has no texels".into()));
     }
+    // The decoder's own buffers are bounded by the header's size too: a bomb is refused before it is inflated.
+    let mut bounds = image::Limits::no_limits();
+    bounds.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));
+    decoder.set_limits(bounds).map_err(broken)?;
+    Ok(decoder)
+}
+
+/// What an image becomes.
+pub(super) fn texel_format(decoder: &impl ImageDecoder, srgb: bool) -> TexelFormat {
     let color = decoder.color_type();
-    let format = match (color.bytes_per_pixel() / color.channel_count(), srgb) {
+    match (color.bytes_per_pixel() / color.channel_count(), srgb) {
         (1, true) => TexelFormat::Rgba8Srgb,
         (1, false) => TexelFormat::Rgba8Linear,
         (2, true) => TexelFormat::Rgba16Srgb,
         (2, false) => TexelFormat::Rgba16Linear,
         _ => TexelFormat::Rgba32Float,
-    };
-    budget.charge(format, width, height)?;
-    // The decoder's own buffers are bounded by the header's size too: a bomb is refused before it is inflated.
-    let mut bounds = image::Limits::no_limits();
-    bounds.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));
-    decoder.set_limits(bounds).map_err(broken)?;
-    if matches!(format, TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb) {
-        return Ok(budget.finish(format, width, height, rgba8(decoder).map_err(broken)?));
     }
-    let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
+}
+
+fn broken(e: image::ImageError) -> Broken {
+    Broken(format!("the image cannot be decoded: {e}"))
+}
+
+/// Decodes by content. The memory was found to be there.
+pub(super) fn decode(data: &[u8], srgb: bool, levels: Levels) -> Result<Decoded, Broken> {
+    match open_file(data) {
+        Some(file) => decode_file(&file?, srgb, levels),
+        None => Ok((decode_image(data, srgb, levels)?, None)),
+    }
+}
+
+/// The file's own levels where it has all of them, else the first and ours.
+fn decode_file(file: &TextureFile<'_>, srgb: bool, levels: Levels) -> Result<Decoded, Broken> {
+    let format = file.texel_format(srgb);
+    let mut texels = file.decode(0).map_err(Broken)?;
+    if file.levels.len() == 1 || levels == Levels::First {
+        return Ok((finish(levels, format, file.width, file.height, texels), file.note.clone()));
+    }
+    let bytes = |level: usize| file.size(level).0 as usize * file.size(level).1 as usize * format.bytes();
+    texels.reserve_exact((1..file.levels.len()).map(bytes).sum());
+    let mut image =
+        ImageData { format, levels: vec![MipLevel { width: file.width, height: file.height, offset: 0 }], texels };
+    for level in 1..file.levels.len() {
+        let (width, height) = file.size(level);
+        image.levels.push(MipLevel { width, height, offset: image.texels.len() });
+        image.texels.extend_from_slice(&file.decode(level).map_err(Broken)?);
+    }
+    Ok((image, file.note.clone()))
+}
+
+/// PNG, JPEG, WebP and Radiance HDR.
+fn decode_image(data: &[u8], srgb: bool, levels: Levels) -> Result<ImageData, Broken> {
+    let decoder = open_image(data)?;
+    let ((width, height), format) = (decoder.dimensions(), texel_format(&decoder, srgb));
     let texels = match format {
-        TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb => decoded.into_rgba8().into_raw(),
-        TexelFormat::Rgba16Linear | TexelFormat::Rgba16Srgb => bytemuck::cast_slice(&decoded.into_rgba16()).to_vec(),
-        TexelFormat::Rgba32Float => bytemuck::cast_slice(&decoded.into_rgba32f()).to_vec(),
+        TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb => rgba8(decoder).map_err(broken)?,
+        TexelFormat::Rgba16Linear | TexelFormat::Rgba16Srgb => {
+            let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
+            bytemuck::cast_slice(&decoded.into_rgba16()).to_vec()
+        }
+        TexelFormat::Rgba32Float => {
+            let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
+            bytemuck::cast_slice(&decoded.into_rgba32f()).to_vec()
+        }
     };
-    Ok(budget.finish(format, width, height, texels))
+    Ok(finish(levels, format, width, height, texels))
+}
+
+/// An image of its first level, with the levels that are asked for.
+fn finish(levels: Levels, format: TexelFormat, width: u32, height: u32, texels: Vec<u8>) -> ImageData {
+    match levels {
+        Levels::All => mip_chain(format, width, height, texels),
+        Levels::First => ImageData { format, levels: vec![MipLevel { width, height, offset: 0 }], texels },
+    }
 }
 
 /// Decodes an image of one to four channels of a byte as RGBA: into the front of the texels, which are then spread in
@@ -254,7 +252,7 @@ mod tests {
             (Rgb8, &[1, 2, 3, 4, 5, 6], [1, 2, 3, 255, 4, 5, 6, 255]),
             (Rgba8, &[1, 2, 3, 4, 5, 6, 7, 8], [1, 2, 3, 4, 5, 6, 7, 8]),
         ] {
-            let (image, _) = decode_bytes(&png(color, data), true, 1 << 20).unwrap();
+            let (image, _) = decode(&png(color, data), true, Levels::All).unwrap();
             assert_eq!(image.texels[..8], expected, "{color:?}");
         }
     }

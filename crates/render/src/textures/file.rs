@@ -60,6 +60,23 @@ impl TextureFile<'_> {
         (of(self.width), of(self.height))
     }
 
+    /// An upper bound of what decoding takes besides the levels: the stored form of the first one, inflated, and the second
+    /// before it is appended.
+    pub(super) fn working_bytes(&self) -> u64 {
+        let texels = u64::from(self.width) * u64::from(self.height);
+        let second = (texels / 4).saturating_mul(self.texel_format(false).bytes() as u64);
+        let stored = match &self.content {
+            Content::Texels { supercompression: Supercompression::None, .. } => 0,
+            Content::Texels { encoding, .. } => {
+                let bytes = encoding.level_bytes(self.width, self.height).unwrap_or(u64::MAX);
+                bytes.saturating_mul(2).saturating_add(bytes.max(MAX_WINDOW))
+            }
+            // An endpoint and a selector a block, twice for two slices.
+            Content::BasisLz(_) => texels.saturating_mul(2),
+        };
+        stored.saturating_add(second)
+    }
+
     /// Decodes a level to RGBA of [`TextureFile::texel_format`]. The memory for the decoded level was found to be there.
     pub(super) fn decode(&self, level: usize) -> Result<Vec<u8>, String> {
         let (width, height) = self.size(level);
@@ -83,6 +100,9 @@ impl TextureFile<'_> {
     }
 }
 
+/// The window that a Zstandard frame may have in any case.
+const MAX_WINDOW: u64 = 8 << 20;
+
 /// The bytes of a level: not more than one over what it must have, whatever the stream holds.
 fn inflate(supercompression: Supercompression, stored: &[u8], bytes: usize) -> Result<Cow<'_, [u8]>, String> {
     match supercompression {
@@ -94,7 +114,7 @@ fn inflate(supercompression: Supercompression, stored: &[u8], bytes: usize) -> R
         }
         Supercompression::Zstd => {
             // A window is taken whole before the first byte is known: none need be larger than the level itself.
-            let window = (bytes as u64).max(8 << 20);
+            let window = (bytes as u64).max(MAX_WINDOW);
             let mut source = stored;
             let decoder = ruzstd::decoding::StreamingDecoder::new_with_max_window_size(&mut source, window)
                 .map_err(|e| format!("the level is no Zstandard frame: {e}"))?;

@@ -29,10 +29,9 @@ pub fn mip_chain(format: TexelFormat, width: u32, height: u32, mut texels: Vec<u
     texels.resize(offset, 0);
     let (first, mut rest) = texels.split_at_mut(level_bytes(format, &levels[0]));
 
-    let banded = (1..=BAND_LEVELS.min(height.trailing_zeros())).rev().find(|&k| height >> k >= MIN_BANDS).unwrap_or(0);
-    let (made, to_make) = levels.split_at(banded as usize + 1);
+    let (made, to_make) = levels.split_at(band_levels(height) as usize + 1);
     let mut current = None;
-    if banded > 0 {
+    if made.len() > 1 {
         let (out, behind) = rest.split_at_mut(made[1..].iter().map(|level| level_bytes(format, level)).sum());
         (current, rest) = (Some(make_bands(format, made, first, out)), behind);
     }
@@ -52,6 +51,19 @@ pub fn mip_chain(format: TexelFormat, width: u32, height: u32, mut texels: Vec<u
         (from, current, rest) = (size(level), Some(next), behind);
     }
     ImageData { format, levels, texels }
+}
+
+/// Levels that bands of an image of a height make.
+fn band_levels(height: u32) -> u32 {
+    (1..=BAND_LEVELS.min(height.trailing_zeros())).rev().find(|&k| height >> k >= MIN_BANDS).unwrap_or(0)
+}
+
+/// Bytes that [`mip_chain`] has in hand: the floats of two levels behind those that bands make.
+pub(super) fn working_bytes(width: u32, height: u32) -> u64 {
+    let first = u64::from(width) * u64::from(height);
+    let level = first >> (2 * band_levels(height).max(1));
+    // A level and the quarter of it, and rows of all levels.
+    (level + level / 4 + 4 * u64::from(width)).saturating_mul(size_of::<Vec4>() as u64)
 }
 
 /// Mean linear colour of an image.

@@ -11,6 +11,7 @@ mod encoding;
 mod file;
 mod ktx2;
 mod mips;
+mod need;
 mod srgb;
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,8 @@
 //! * WebP: the Python package `Pillow` (libwebp), with means, since lossy upsampling of chroma differs by decoder.
 
 use super::basis::uastc;
-use super::decode::{Failure, decode_bytes};
+use super::decode::{self, Decoded, Levels};
+use super::need::{self, Need};
 use orthant_resident::image::{ImageData, TexelFormat};
 use proptest::prelude::*;
 use std::path::PathBuf;
@@ -38,6 +39,19 @@ fn images_of_glb(glb: &[u8]) -> Vec<&[u8]> {
         &glb[start..start + view["byteLength"].as_u64().expect("a length") as usize]
     };
     document["images"].as_array().expect("there are images").iter().map(image).collect()
+}
+
+enum Failure {
+    Warning(String),
+    OverBudget { needed: u64 },
+}
+
+/// One image alone, as it is decoded among others.
+fn decode_bytes(data: &[u8], srgb: bool, max_bytes: u64) -> Result<Decoded, Failure> {
+    let broken = |decode::Broken(reason)| Failure::Warning(reason);
+    let need = [Ok::<_, ()>(Need::of(data, srgb, Levels::All).map_err(broken)?)];
+    need::check(&need, max_bytes, 1).map_err(|over| Failure::OverBudget { needed: over.needed })?;
+    decode::decode(data, srgb, Levels::All).map_err(broken)
 }
 
 fn decode(data: &[u8], srgb: bool) -> ImageData {

@@ -122,6 +122,14 @@ impl Indices<'_> {
     }
 }
 
+/// Whether the elements are stored one behind the other, and none of them is replaced.
+pub fn is_packed(scene: &Scene, id: AccessorId) -> bool {
+    layout::resolve(scene, id).is_ok_and(|layout| {
+        let element = layout.accessor.element_type.stored_size(layout.accessor.component_type);
+        layout.sparse.is_none() && layout.base.is_some_and(|base| base.stride == element)
+    })
+}
+
 /// Scalars of an unsigned type, in place where that is possible.
 pub fn indices(scene: &Scene, id: AccessorId) -> Result<Indices<'_>> {
     let layout = layout::resolve(scene, id)?;

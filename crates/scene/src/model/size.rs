@@ -1,8 +1,11 @@
-use super::{Primitive, Scene};
+use super::{Extra, Id, Primitive, Scene};
+use crate::place::At;
+use crate::visit::{self, Visitor};
+use serde_json::{Map, Value};
 
 impl Scene {
-    /// Bytes of the objects of the document: their slots, names and lists. What extras and extensions hold is not counted,
-    /// nor are buffers and encoded images, nor what the allocator adds: it is a lower bound.
+    /// Bytes of the objects of the document: their slots, names and lists, and what they carry as JSON. Buffers and encoded
+    /// images are not counted, nor is what the allocator adds: it is a lower bound.
     pub fn object_bytes(&self) -> u64 {
         let slots = self.scenes.slot_bytes()
             + self.nodes.slot_bytes()
@@ -31,6 +34,38 @@ impl Scene {
         });
         let bounds = |bounds: &Option<Vec<f64>>| bounds.as_deref().map_or(0, size_of_val);
         let accessors = self.accessors.values().map(|a| name(&a.name) + bounds(&a.min) + bounds(&a.max));
-        (slots + nodes.sum::<usize>() + meshes.sum::<usize>() + accessors.sum::<usize>()) as u64
+        let mut extras = Extras(self.packets.values().map(|packet| value(&packet.0)).sum());
+        visit::visit(self, &mut extras);
+        (slots + nodes.sum::<usize>() + meshes.sum::<usize>() + accessors.sum::<usize>() + extras.0) as u64
     }
+}
+
+/// Bytes of what is kept as JSON.
+struct Extras(usize);
+
+impl Visitor for Extras {
+    fn slot<K: Id>(&mut self, _: K, _: &At<'_>) {}
+
+    fn extra(&mut self, extra: &Extra, _: &At<'_>) {
+        let Extra { extras, extensions, other, .. } = extra;
+        self.0 += extras.as_deref().map_or(0, |v| size_of::<Value>() + value(v));
+        self.0 += extensions.as_deref().map_or(0, |m| size_of_val(m) + members(m));
+        self.0 += other.as_deref().map_or(0, |o| size_of_val(o) + members(&o.members));
+    }
+}
+
+/// Bytes that a value owns. Its nesting is bounded by that of the parser.
+fn value(v: &Value) -> usize {
+    match v {
+        Value::Null | Value::Bool(_) | Value::Number(_) => 0,
+        Value::String(text) => text.len(),
+        Value::Array(values) => values.iter().map(|v| size_of::<Value>() + value(v)).sum(),
+        Value::Object(map) => members(map),
+    }
+}
+
+fn members(map: &Map<String, Value>) -> usize {
+    // Each has its key, its value, its hash and its place in the table.
+    let member = |(key, v): (&String, &Value)| size_of::<(String, Value)>() + 16 + key.len() + value(v);
+    map.iter().map(member).sum()
 }
