@@ -54,7 +54,8 @@ for (const path of models(assets)) {
   try {
     before = await errors(path);
   } catch (error) {
-    before = [String(error)];
+    // Its message may have paths of this machine.
+    before = ['the validator cannot read it'];
   }
   if (before.length > 0) {
     counts.rejected++;
@@ -67,9 +68,9 @@ for (const path of models(assets)) {
       try {
         execFileSync(program, ['convert', path, out, '--quiet', ...options], { stdio: ['ignore', 'ignore', 'pipe'] });
       } catch (error) {
-        if (error.status !== 3) failures.push(`${name}: exit code ${error.status}: ${error.stderr}`);
+        if (error.status !== 3) failures.push(`${name}: exit code ${error.status}: ${String(error.stderr).replaceAll(`${assets}/`, '')}`);
         else {
-          console.log(`refused: ${String(error.stderr).trim()}`);
+          console.log(`refused: ${String(error.stderr).trim().replaceAll(`${assets}/`, '')}`);
           counts.refused++;
         }
         break;

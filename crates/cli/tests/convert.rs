@@ -23,6 +23,92 @@ fn a_scene_goes_through_both_formats_and_stays_the_same() {
     original.same_document(&scene(&f, "again.glb")).unwrap_or_else(|e| panic!("{e}"));
 }
 
+/// What every format has to keep of a scene: triangles in the world, and where they are.
+fn shown(folder: &Path, name: &str) -> (u64, Vec<f64>) {
+    let info = common::json(&succeed(folder, &["info", name, "--json"]));
+    let corner = |key: &str| -> Vec<f64> {
+        info["bounds"][key].as_array().expect("bounds").iter().filter_map(|v| v.as_f64()).collect()
+    };
+    (info["instanced_triangles"].as_u64().expect("a count"), [corner("min"), corner("max")].concat())
+}
+
+#[test]
+fn every_pair_of_formats_keeps_what_is_shown() {
+    let folder = tempfile::tempdir().expect("folder");
+    let f = folder.path();
+    let scenes: [(&str, &[&str]); 5] = [
+        ("cornell", &[]),
+        ("material-grid", &[]),
+        ("forest", &["--trees", "2"]),
+        ("instances", &["--count", "30"]),
+        ("animated-crowd", &["--count", "2"]),
+    ];
+    const FORMATS: [&str; 4] = ["gltf", "glb", "obj", "crts"];
+    for (name, options) in scenes {
+        let source = format!("{name}.glb");
+        succeed(f, &[&["generate", name, "-o", &source], options].concat());
+        let (triangles, bounds) = shown(f, &source);
+        let check = |file: &str| {
+            let (found, found_bounds) = shown(f, file);
+            assert_eq!(found, triangles, "{file}");
+            for (i, (a, b)) in bounds.iter().zip(&found_bounds).enumerate() {
+                // The box of a rotated box is larger than that of its vertices, which is what a format of world space has.
+                let within = if i < 3 { b >= &(a - 1e-3) } else { b <= &(a + 1e-3) };
+                let is_exact = (a - b).abs() <= 1e-3;
+                assert!(is_exact || within && name != "cornell", "{file}: {bounds:?}, {found_bounds:?}");
+            }
+        };
+        for from in FORMATS {
+            let first = format!("{name}-{from}.{from}");
+            succeed(f, &["convert", &source, &first]);
+            check(&first);
+            for to in FORMATS {
+                let second = format!("{name}-{from}-{to}.{to}");
+                succeed(f, &["convert", &first, &second]);
+                check(&second);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_scene_as_gltf_and_as_obj_is_one_picture() {
+    let folder = tempfile::tempdir().expect("folder");
+    let f = folder.path();
+    succeed(f, &["generate", "cornell", "-o", "box.gltf"]);
+    // OBJ knows no surface with one side, and a lamp that shines from both is brighter.
+    let mut document = common::json(&String::from_utf8(bytes(f, "box.gltf")).expect("JSON"));
+    for material in document["materials"].as_array_mut().expect("materials") {
+        material["doubleSided"] = true.into();
+    }
+    std::fs::write(f.join("box.gltf"), document.to_string()).expect("written");
+    let said = succeed(f, &["convert", "box.gltf", "box.obj"]);
+    assert!(!said.contains("one side"), "{said}");
+    // Nor does it have cameras.
+    let view = ["--eye", "0.278,0.273,-0.8", "--target", "0.278,0.273,0", "--fov", "39.3", "--env", "none"];
+    for (name, image, seed) in [
+        ("box.gltf", "gltf.exr", "0"),
+        ("box.gltf", "other-seed.exr", "1"),
+        ("box.obj", "obj.exr", "0"),
+        ("box.obj", "obj.png", "0"),
+    ] {
+        let options = ["render", name, "-o", image, "--size", "48x48", "--spp", "128", "--seed", seed];
+        succeed(f, &[&options[..], &view[..]].concat());
+    }
+    // Random numbers are drawn by objects, which are others: what is left is noise, as between two seeds.
+    for metric in ["rmse", "rel_mse", "flip"] {
+        let apart = |a: &str, b: &str| {
+            let found = common::json(&succeed(f, &["compare", a, b, "--json"]));
+            found[metric].as_f64().unwrap_or_else(|| panic!("no {metric} in {found}"))
+        };
+        let (noise, formats) = (apart("gltf.exr", "other-seed.exr"), apart("gltf.exr", "obj.exr"));
+        assert!(formats < 1.3 * noise, "{metric}: {formats} between the formats, {noise} between two seeds");
+    }
+    let pixels = image::open(f.join("obj.png")).expect("an image").into_rgb8();
+    let mean = pixels.iter().map(|&byte| f64::from(byte)).sum::<f64>() / pixels.len() as f64;
+    assert!(mean > 20.0, "the lamp shines by Ke: {mean}");
+}
+
 #[test]
 fn a_file_may_be_converted_onto_itself() {
     let (_guard, f) = folder_with_box();
@@ -61,13 +147,19 @@ fn wrong_usage_and_bad_input_have_their_codes() {
     assert!(!f.join("out.glb").exists());
 }
 
-/// Kills conversions at all stages, over a target that holds one of two scenes.
-fn kill_conversions_to(target: &str) {
+/// Kills conversions at all stages, over a target that holds one of two scenes of so many nodes.
+fn kill_conversions_to(target: &str, nodes: &str) {
     let folder = tempfile::tempdir().expect("folder");
     let f = folder.path();
-    succeed(f, &["generate", "city", "-o", "a.glb", "--nodes", "3000"]);
-    succeed(f, &["generate", "city", "-o", "b.glb", "--nodes", "3000", "--seed", "5"]);
-    let scenes = [scene(f, "a.glb"), scene(f, "b.glb")];
+    succeed(f, &["generate", "city", "-o", "a.glb", "--nodes", nodes]);
+    succeed(f, &["generate", "city", "-o", "b.glb", "--nodes", nodes, "--seed", "5"]);
+    // What the target holds when nobody interferes: in another format, it is not the scene itself.
+    let scenes = ["a", "b"].map(|name| {
+        std::fs::create_dir(f.join(name)).expect("folder");
+        let path = format!("{name}/{target}");
+        succeed(f, &["convert", &format!("{name}.glb"), &path]);
+        scene(f, &path)
+    });
     assert!(scenes[0].same_document(&scenes[1]).is_err(), "two scenes that can be told apart");
     let begun = Instant::now();
     succeed(f, &["convert", "a.glb", target]);
@@ -99,10 +191,20 @@ fn kill_conversions_to(target: &str) {
 
 #[test]
 fn a_killed_conversion_leaves_the_old_glb_or_the_new_one() {
-    kill_conversions_to("out.glb");
+    kill_conversions_to("out.glb", "3000");
 }
 
 #[test]
 fn a_killed_conversion_leaves_the_old_gltf_or_the_new_one() {
-    kill_conversions_to("out.gltf");
+    kill_conversions_to("out.gltf", "3000");
+}
+
+#[test]
+fn a_killed_conversion_leaves_the_old_crts_or_the_new_one() {
+    kill_conversions_to("out.crts", "2000");
+}
+
+#[test]
+fn a_killed_conversion_leaves_the_old_obj_with_its_materials_or_the_new_one() {
+    kill_conversions_to("out.obj", "500");
 }

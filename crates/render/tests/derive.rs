@@ -1,5 +1,6 @@
 //! The derived scene against what the document says.
 
+#[allow(dead_code, reason = "shared by test binaries that need different parts of it")]
 mod common;
 
 use common::Document;

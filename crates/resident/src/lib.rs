@@ -8,6 +8,7 @@
 //! * [`sampling`], [`math`], [`energy`]: the random numbers, warps, polynomials and tables that every backend computes
 //!   alike;
 //! * [`tonemap`]: from radiance to what a display shows;
+//! * [`spans`]: which parts of a buffer are in use;
 //! * [`backend`]: the [`Backend`] trait.
 //!
 //! Nothing here knows of glTF. Coordinates are right-handed with Y up, in metres, relative to the origin of the
@@ -24,6 +25,7 @@ pub mod image;
 pub mod math;
 pub mod rows;
 pub mod sampling;
+pub mod spans;
 pub mod tonemap;
 
 pub use backend::{Backend, BackendError, Ticket, TicketStatus};

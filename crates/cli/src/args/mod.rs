@@ -117,12 +117,13 @@ on stdout, one line each.
 Examples:
   orthant convert helmet.gltf helmet.glb --images embed
   orthant convert city.glb city.gltf
+  orthant convert scene.glb scene.obj
   orthant convert city.glb city.gltf --images external")]
 pub struct ConvertArgs {
-    /// The scene: .gltf, .glb or .crts
+    /// The scene: .gltf, .glb, .obj or .crts
     #[arg(value_name = "IN")]
     pub input: PathBuf,
-    /// The new file: .gltf (with a .bin beside it), .glb or .crts
+    /// The new file: .gltf (with a .bin beside it), .glb, .obj (with a .mtl and textures beside it) or .crts
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
     /// Where images go: where they are (files are copied beside the new file), into the document, or into files

@@ -13,7 +13,7 @@ use orthant_scene::import::{Format, ImportOptions, import_path};
 pub fn run(args: &ConvertArgs, common: &Common) -> Result<(), Failure> {
     if Format::from_extension(&args.output).is_none() {
         let what = format!("{}: the extension says no format that can be written", args.output.display());
-        return Err(Failure::usage(what).remedy("use .gltf, .glb or .crts"));
+        return Err(Failure::usage(what).remedy("use .gltf, .glb, .obj or .crts"));
     }
     let mut import = ImportOptions::default();
     import.max_memory = common.max_memory();

@@ -5,13 +5,16 @@ use crate::args::RenderArgs;
 use crate::failure::Failure;
 use glam::DVec3;
 use orthant_render::camera::View;
+use orthant_resident::Camera;
+use orthant_resident::camera::Projection;
 use orthant_scene::model::CameraId;
 
 /// The camera that the options ask for: one by hand, one of the file, or, without either, the file's first, or the whole
 /// scene framed. The lens follows from `--aperture` and `--focus-distance`.
 ///
 /// # Errors
-/// A camera that the file does not have or the scene does not show, or an eye that is its target (usage).
+/// A camera that the file does not have or the scene does not show, or an eye that is its target (usage); one that is at no
+/// finite place (bad input).
 pub fn select(loaded: &Loaded, args: &RenderArgs) -> Result<View, Failure> {
     let Loaded { scene, derived, path, .. } = loaded;
     let aspect = f64::from(args.size.width) / f64::from(args.size.height);
@@ -35,7 +38,21 @@ pub fn select(loaded: &Loaded, args: &RenderArgs) -> Result<View, Failure> {
     if let Some(distance) = args.focus_distance {
         view.focus_distance = f64::from(distance);
     }
+    if !is_somewhere(&view.to_camera(derived.origin)) {
+        let what = "the camera is at no finite place: the scene, or the camera's node, reaches too far or has no size";
+        return Err(Failure::bad_input(path, what.to_owned()).remedy("place one with --eye and --target"));
+    }
     Ok(view)
+}
+
+/// Whether all that a scene file decides about a camera can be written in the numbers of a frame.
+fn is_somewhere(camera: &Camera) -> bool {
+    let vectors = [camera.position, camera.right, camera.up, camera.forward];
+    let size = match camera.projection {
+        Projection::Perspective { tan_half_fov_y } => tan_half_fov_y,
+        Projection::Orthographic { half_height } => half_height,
+    };
+    vectors.as_flattened().iter().all(|c| c.is_finite()) && size.is_finite() && size > 0.0
 }
 
 /// A camera by index, by its name, or by the name of a node that carries it.

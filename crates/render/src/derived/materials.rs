@@ -1,6 +1,7 @@
 //! Material, texture and image rows.
 
 use super::document_indices;
+use super::specular_glossiness::Conversions;
 use crate::textures::{ImageLimits, decode_images, mean_color};
 use crate::{DeriveError, DeriveWarning};
 use glam::Vec3;
@@ -52,29 +53,36 @@ pub fn derive(
     let document_index = document_indices(scene.materials());
     let mut rows = vec![MaterialRow::DEFAULT; scene.materials().slot_bound() + 1];
     let used = limits.is_some();
+    let mut conversions = Conversions::default();
     for (id, material) in scene.materials().iter() {
         let slot = Store::<_, ()>::slot(id);
         rows[slot + 1] = row(material, document_index[slot], |info, srgb| match info {
             Some(info) if used => references.slot(info, srgb),
             _ => TextureSlot::NONE,
         });
+        let place = || format!("/materials/{slot}");
+        conversions.add(material, slot + 1, place, &mut rows[slot + 1], used.then_some(&mut references));
     }
-    let decoded = match limits {
+    let mut decoded = match limits {
         Some(limits) => decode_images(scene, &references.images, limits, warnings)?,
         None => Vec::new(),
     };
     drop_missing(&mut rows, &references.textures, &decoded);
+    if let Some(limits) = limits {
+        conversions.run(&mut rows, &mut references.textures, &mut decoded, limits, warnings)?;
+    }
     let mean_emission = rows.iter().map(|row| mean_emission(row, &references.textures, &decoded)).collect();
     let images = decoded
         .into_iter()
         .enumerate()
-        .filter_map(|(slot, image)| Some(ImageWrite { slot: slot as u32, image: Some(image?) }))
+        // One that is missing is written as such: the slots of those behind it are counted from the first.
+        .map(|(slot, image)| ImageWrite { slot: slot as u32, image })
         .collect();
     Ok(Materials { rows, textures: references.textures, images, mean_emission })
 }
 
 /// Gives every (texture, encoding) a row and every (image, encoding) a slot, in the order of first use.
-struct References<'a> {
+pub(super) struct References<'a> {
     scene: &'a Scene,
     images: Vec<ImageUse>,
     by_use: HashMap<ImageUse, u32>,
@@ -83,7 +91,7 @@ struct References<'a> {
 }
 
 impl References<'_> {
-    fn slot(&mut self, info: &TextureInfo, srgb: bool) -> TextureSlot {
+    pub(super) fn slot(&mut self, info: &TextureInfo, srgb: bool) -> TextureSlot {
         let texture = &self.scene.textures()[info.texture];
         let Some(image) = texture.best_source(self.scene.images()) else { return TextureSlot::NONE };
         let image = ImageUse { image, srgb };

@@ -13,6 +13,7 @@ pub mod lights;
 pub mod materials;
 pub mod primitives;
 pub mod render_nodes;
+mod specular_glossiness;
 
 use crate::budget::Budget;
 use crate::geometry::{GeometryPlan, GeometryStreams, RenderPrimitive};

@@ -7,11 +7,13 @@
 mod decode;
 mod deform;
 mod rows;
+pub mod store;
 mod tangents;
 mod topology;
 
 pub use decode::{GeometryPlan, GeometryStreams};
 pub use deform::{Deformation, SkinPose};
+pub use store::GeometryStore;
 pub use topology::triangle_index_count;
 
 use orthant_scene::model::{MeshId, NodeId};

@@ -59,7 +59,7 @@ fn band_levels(height: u32) -> u32 {
 }
 
 /// Bytes that [`mip_chain`] has in hand: the floats of two levels behind those that bands make.
-pub(super) fn working_bytes(width: u32, height: u32) -> u64 {
+pub(crate) fn working_bytes(width: u32, height: u32) -> u64 {
     let first = u64::from(width) * u64::from(height);
     let level = first >> (2 * band_levels(height).max(1));
     // A level and the quarter of it, and rows of all levels.
@@ -68,14 +68,27 @@ pub(super) fn working_bytes(width: u32, height: u32) -> u64 {
 
 /// Mean linear colour of an image.
 pub fn mean_color(image: &ImageData) -> Vec3 {
+    mean_texel(image).truncate()
+}
+
+/// Mean linear texel of an image.
+pub(crate) fn mean_texel(image: &ImageData) -> Vec4 {
     let level = image.levels[image.levels.len() - 1];
     let mut texels = Vec::new();
     decode_row(image.format, &image.texels[level.offset..], &mut texels);
-    texels.iter().copied().sum::<Vec4>().truncate() / texels.len().max(1) as f32
+    texels.iter().copied().sum::<Vec4>() / texels.len().max(1) as f32
+}
+
+/// The linear texels of a row of level 0.
+pub(crate) fn first_level_row(image: &ImageData, y: usize) -> Vec<Vec4> {
+    let bytes = image.levels[0].width as usize * image.format.bytes();
+    let mut texels = Vec::with_capacity(image.levels[0].width as usize);
+    decode_row(image.format, &image.texels[y * bytes..(y + 1) * bytes], &mut texels);
+    texels
 }
 
 /// Bytes of an image with all its levels.
-pub(super) fn chain_bytes(format: TexelFormat, width: u32, height: u32) -> u64 {
+pub(crate) fn chain_bytes(format: TexelFormat, width: u32, height: u32) -> u64 {
     let texels = |(w, h)| u64::from(w) * u64::from(h);
     level_sizes(width, height).fold(0, |sum: u64, size| {
         // Declared sizes may be anything: what does not fit into the number fits into no budget either.

@@ -18,5 +18,8 @@ mod tests;
 mod texels;
 
 pub use decode::{ImageLimits, Levels, decode_images};
+pub(crate) use mips::{
+    chain_bytes as mip_chain_bytes, first_level_row, mean_texel, working_bytes as mip_working_bytes,
+};
 pub use mips::{mean_color, mip_chain};
 pub use srgb::{linear_from_srgb, srgb_from_linear};

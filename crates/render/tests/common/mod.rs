@@ -60,6 +60,16 @@ impl Document {
         accessors.len() - 1
     }
 
+    /// Adds a buffer view of any bytes. Returns its index.
+    pub fn bytes(&mut self, bytes: &[u8]) -> usize {
+        let offset = self.bin.len();
+        self.bin.extend_from_slice(bytes);
+        self.bin.resize(self.bin.len().next_multiple_of(4), 0);
+        let views = self.json["bufferViews"].as_array_mut().expect("an array");
+        views.push(json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }));
+        views.len() - 1
+    }
+
     /// A right triangle in the XY plane with legs of one metre; returns the accessor of its positions.
     pub fn triangle(&mut self) -> usize {
         self.floats("VEC3", &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

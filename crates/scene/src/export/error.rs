@@ -17,7 +17,7 @@ pub struct ExportError {
 #[non_exhaustive]
 pub enum ExportFault {
     /// No exporter knows the extension.
-    #[error("a scene cannot be written as \"{0}\"; use .gltf, .glb or .crts")]
+    #[error("a scene cannot be written as \"{0}\"; use .gltf, .glb, .obj or .crts")]
     UnknownFormat(String),
     /// The system says no.
     #[error("the file cannot be written: {0}")]

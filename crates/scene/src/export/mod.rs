@@ -5,10 +5,15 @@
 //! added.
 
 mod atomic;
+mod beside;
 pub mod crts;
 mod error;
 pub mod gltf;
 mod json;
+mod names;
+mod obj;
+mod placed;
+mod surface;
 
 pub use error::{ExportError, ExportFault};
 
@@ -85,7 +90,8 @@ pub fn export_path(scene: &Scene, path: &Path, options: &ExportOptions) -> Resul
             let (bytes_written, notes) = atomic::write(path, |w| crts::write(scene, w)).map_err(failed)?;
             Ok(ExportReport { files: vec![path.to_owned()], bytes_written, notes, superseded: Vec::new() })
         }
-        _ => {
+        Some(Format::Obj) => obj::export(scene, path, options),
+        None => {
             let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
             Err(failed(ExportFault::UnknownFormat(extension)))
         }

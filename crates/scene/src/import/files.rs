@@ -111,6 +111,11 @@ impl<'a> Files<'a> {
         Self { folder, allow_external, budget }
     }
 
+    /// What files are charged to.
+    pub fn budget(&self) -> &Budget {
+        self.budget
+    }
+
     /// Reads what a URI reference (RFC 3986) names: percent-encoding is undone first.
     pub fn read_uri(&self, uri: &str, at_most: Option<u64>) -> Result<Vec<u8>, FileFault> {
         self.refuse_scheme(uri)?;

@@ -10,7 +10,6 @@ pub(crate) mod data_uri;
 mod error;
 pub(crate) mod files;
 pub(crate) mod gltf;
-mod image_type;
 mod obj;
 mod warning;
 

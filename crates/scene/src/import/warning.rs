@@ -31,9 +31,6 @@ pub enum WarningKind {
     /// An extension that is not known: kept, not interpreted.
     #[error("extension {0} is not known; its data is kept, but has no effect")]
     UnknownExtension(String),
-    /// An extension that is known and not supported yet; what the document holds besides is used.
-    #[error("extension {0} is not supported; what the file offers in its place is used")]
-    FallbackUsed(String),
     /// The image of a texture exists only through an extension that is not supported.
     #[error("its image is only given by {0}, which is not supported; the texture has no image")]
     NoImage(String),

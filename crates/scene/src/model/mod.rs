@@ -13,6 +13,7 @@ mod lobes;
 mod material;
 mod node;
 mod size;
+mod specular_glossiness;
 mod store;
 mod texture;
 
@@ -24,6 +25,7 @@ pub use geometry::*;
 pub use ids::*;
 pub use material::*;
 pub use node::*;
+pub use specular_glossiness::{MetallicRoughness, SpecularGlossiness, metallic_roughness};
 pub use store::Store;
 pub use texture::*;
 

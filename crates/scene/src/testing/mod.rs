@@ -1,5 +1,7 @@
 //! A document that fills every slot that refers to an object, and an independent way to renumber it.
 
+pub mod documents;
+
 use crate::Scene;
 use crate::import::{ImportOptions, import_slice};
 use crate::model::Kind;

@@ -1,8 +1,10 @@
 //! Every file that can be read is written again, and is the same.
 
 use crate::corpus::{assets, import, json, models};
+use orthant_scene::Scene;
 use orthant_scene::export::{ExportOptions, Images, export_path};
 use orthant_scene::import::Imported;
+use orthant_scene::model::{Primitive, PrimitiveMode};
 use serde_json::Value;
 use std::path::Path;
 
@@ -127,4 +129,45 @@ fn embedding_images_and_taking_them_out_again_keeps_their_bytes() {
         checked += 1;
     }
     assert!(checked > 50, "only {checked} models have images");
+}
+
+/// Triangles of all objects of a file without hierarchy.
+fn shown_triangles(scene: &Scene) -> usize {
+    let of_mesh = |id| {
+        let triangles = |p: &Primitive| p.indices.filter(|_| p.mode == PrimitiveMode::Triangles);
+        let indices = scene.meshes()[id].primitives.iter().filter_map(triangles);
+        indices.map(|id| scene.accessors()[id].count / 3).sum::<usize>()
+    };
+    scene.nodes().iter().filter_map(|(_, node)| node.mesh).map(of_mesh).sum()
+}
+
+/// The two formats say the same of what a scene shows, although they are written in different ways.
+#[test]
+fn every_model_goes_to_obj_and_crts_and_both_show_the_same_triangles() {
+    let Some(assets) = assets() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut failures = Vec::new();
+    let mut checked = 0;
+    for path in models(&assets) {
+        let Ok(original) = import(&path) else { continue };
+        // Text is long: the largest models would take most of the time.
+        let vertices: usize = original.scene.accessors().iter().map(|(_, a)| a.count).sum();
+        if vertices > 600_000 {
+            continue;
+        }
+        let folder = tempfile::tempdir_in(folder.path()).unwrap();
+        let through = |name: &str| -> Result<usize, String> {
+            let target = folder.path().join(name);
+            export_path(&original.scene, &target, &ExportOptions::default()).map_err(|e| e.to_string())?;
+            let again = import(&target).map_err(|e| e.to_string())?;
+            Ok(shown_triangles(&again.scene))
+        };
+        match (through("a.obj"), through("a.crts")) {
+            (Ok(obj), Ok(crts)) if obj == crts => checked += 1,
+            found => failures.push(format!("{}: {found:?}", path.display())),
+        }
+    }
+    println!("{checked} models");
+    assert!(failures.is_empty(), "{} failures:\n{}", failures.len(), failures.join("\n"));
+    assert!(checked > 200, "only {checked} models");
 }

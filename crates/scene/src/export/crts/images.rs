@@ -24,6 +24,8 @@ impl Writer<'_> {
         let mut wanted = HashSet::new();
         let mut colors = HashSet::new();
         for (_, material) in scene.materials().iter().filter(|(id, _)| !lights.materials.contains(id)) {
+            let converted = material.without_specular_glossiness();
+            let material = converted.as_ref().map_or(material, |(converted, _)| converted);
             let best = |texture: TextureId| scene.textures()[texture].best_source(scene.images());
             let source = |info: &Option<TextureInfo>| info.as_ref().and_then(|i| best(i.texture));
             colors.extend(source(&material.base_color_texture));

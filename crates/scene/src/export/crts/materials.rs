@@ -86,8 +86,13 @@ impl Writer<'_> {
         let scene = self.scene;
         let mut materials = Materials::new();
         for (id, material) in scene.materials().iter().filter(|(id, _)| !lights.materials.contains(id)) {
-            let (disney, left_out) = disney(scene, material);
             let pointer = format!("/materials/{}", Store::<MaterialId, Material>::slot(id));
+            let converted = material.without_specular_glossiness();
+            if let Some((_, true)) = converted {
+                self.note(pointer.clone(), "CRTS does not hold textures of specular and glossiness");
+            }
+            let material = converted.as_ref().map_or(material, |(converted, _)| converted);
+            let (disney, left_out) = disney(scene, material);
             for what in left_out.into_iter().chain(unheld(material)) {
                 self.note(pointer.clone(), &format!("CRTS does not hold {what}"));
             }

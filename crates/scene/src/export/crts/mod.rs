@@ -8,7 +8,9 @@ mod geometry;
 mod images;
 mod materials;
 mod objects;
+mod rectangles;
 
+use super::placed::flatten;
 use super::{ExportFault, Note};
 use crate::Scene;
 use crate::import::crts::lights;
@@ -36,12 +38,14 @@ struct Writer<'s> {
 pub fn write(scene: &Scene, out: &mut (impl Write + ?Sized)) -> Result<(u64, Vec<Note>)> {
     let mut w = Writer { scene, header: Header::default(), blob: Vec::new(), notes: Vec::new() };
     lights::written_dialect(&mut w.header);
-    let placed = objects::flatten(scene);
-    let light_parts = objects::light_parts(scene, &placed);
-    let meshes = w.meshes(&light_parts)?;
+    let placed = flatten(scene);
+    let posed = objects::posed(scene, &placed)?;
+    let mut light_parts = objects::light_parts(scene, &placed);
+    let rectangles = rectangles::find(scene, &placed, &posed, &mut light_parts)?;
+    let meshes = w.meshes(&light_parts, &posed.meshes, &rectangles)?;
     let images = w.images(&light_parts);
     let materials = w.materials(&light_parts, &images)?;
-    w.objects(&placed, &meshes, materials)?;
+    w.objects(&placed, &posed, &rectangles, &meshes, materials)?;
     w.left_out();
 
     let mut json = serde_json::to_vec(&w.header).map_err(std::io::Error::from)?;
@@ -76,7 +80,7 @@ impl Writer<'_> {
         let scene = self.scene;
         let list = [
             (!scene.animations().is_empty(), "/animations", "CRTS has no animations; the rest pose is written"),
-            (!scene.skins().is_empty(), "/skins", "CRTS has no skins; meshes are written unskinned"),
+            (!scene.skins().is_empty(), "/skins", "CRTS has no skins; meshes are written in the pose of their nodes"),
             (scene.nodes().iter().any(|(_, n)| n.light.is_some()), "/nodes", "CRTS has no punctual lights"),
             (scene.nodes().iter().any(|(_, n)| n.parent.is_some()), "/nodes", "CRTS has no hierarchy; it is flattened"),
             (!scene.variants().is_empty(), "/extensions/KHR_materials_variants", "CRTS has no material variants"),

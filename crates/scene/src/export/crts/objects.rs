@@ -3,48 +3,18 @@
 use super::geometry::Meshes;
 use super::images::Images;
 use super::materials::Materials;
+use super::rectangles::Rectangles;
 use super::{Result, Writer, finite};
 use crate::Scene;
-use crate::accessor;
 use crate::export::ExportFault;
+use crate::export::placed::{Placed, Pose, Poses, instances};
 use crate::import::crts::disney::Disney;
 use crate::import::crts::lights::{self, QuadLight};
 use crate::import::crts::schema::{LightEmits, LightOrigin, Object, ObjectKind};
 use crate::import::crts::{fit, written_fov_y};
 use crate::model::*;
-use glam::{DAffine3, DQuat, DVec3, DVec4};
-use std::collections::HashSet;
-
-/// A node that is shown, and where it is: world from node.
-pub struct Placed {
-    node: NodeId,
-    world: DAffine3,
-}
-
-/// The nodes of the default scene (the first, if none is named; without scenes, all roots), parents first.
-pub fn flatten(scene: &Scene) -> Vec<Placed> {
-    let shown = scene.default_scene().or_else(|| scene.scenes().ids().next());
-    let roots: Vec<NodeId> = match shown {
-        Some(shown) => scene.scenes()[shown].roots.iter().collect(),
-        None => scene.nodes().iter().filter(|(_, n)| n.parent.is_none()).map(|(id, _)| id).collect(),
-    };
-    let mut placed = Vec::new();
-    let mut open: Vec<(NodeId, DAffine3)> = roots.into_iter().rev().map(|id| (id, DAffine3::IDENTITY)).collect();
-    while let Some((id, parent)) = open.pop() {
-        let node = &scene.nodes()[id];
-        if node.visible == Some(false) {
-            continue;
-        }
-        let local = node.transform.to_affine();
-        // A root's matrix stays what it is, to the bit.
-        let world = if node.parent.is_none() { local } else { parent * local };
-        placed.push(Placed { node: id, world });
-        let first = open.len();
-        open.extend(node.children.iter().map(|child| (child, world)));
-        open[first..].reverse();
-    }
-    placed
-}
+use glam::DAffine3;
+use std::collections::{HashMap, HashSet};
 
 /// Meshes and materials that only stand for quad lights.
 #[derive(Default)]
@@ -80,8 +50,54 @@ pub fn light_parts(scene: &Scene, placed: &[Placed]) -> LightParts {
     parts
 }
 
+/// The nodes that deform their mesh, and the meshes that no node shows as they are stored.
+#[derive(Default)]
+pub struct Posed {
+    nodes: HashMap<NodeId, Pose>,
+    pub meshes: HashSet<MeshId>,
+}
+
+impl Posed {
+    pub fn has(&self, node: NodeId) -> bool {
+        self.nodes.contains_key(&node)
+    }
+}
+
+pub fn posed(scene: &Scene, placed: &[Placed]) -> Result<Posed> {
+    let mut posed = Posed::default();
+    let mut poses = Poses::new(scene);
+    let mut plain = HashSet::new();
+    for p in placed {
+        let node = &scene.nodes()[p.node];
+        let Some(mesh) = node.mesh else { continue };
+        let fault = |fault| ExportFault::Geometry { pointer: pointer(p.node), fault: Box::new(fault) };
+        match poses.of(node).map_err(fault)? {
+            Some(pose) => {
+                posed.nodes.insert(p.node, pose);
+                posed.meshes.insert(mesh);
+            }
+            None => {
+                plain.insert(mesh);
+            }
+        }
+    }
+    posed.meshes.retain(|mesh| !plain.contains(mesh));
+    Ok(posed)
+}
+
+fn pointer(node: NodeId) -> String {
+    format!("/nodes/{}", Store::<NodeId, Node>::slot(node))
+}
+
 impl Writer<'_> {
-    pub(super) fn objects(&mut self, placed: &[Placed], meshes: &Meshes, materials: Materials) -> Result<()> {
+    pub(super) fn objects(
+        &mut self,
+        placed: &[Placed],
+        posed: &Posed,
+        rectangles: &Rectangles,
+        meshes: &Meshes,
+        materials: Materials,
+    ) -> Result<()> {
         let scene = self.scene;
         if placed.len() < scene.nodes().len() {
             self.note(
@@ -92,16 +108,32 @@ impl Writer<'_> {
         let mut default = None;
         for p in placed {
             let node = &scene.nodes()[p.node];
-            let pointer = format!("/nodes/{}", Store::<NodeId, Node>::slot(p.node));
+            let pointer = pointer(p.node);
             if let Some(light) = QuadLight::of_node(node) {
                 self.light(node, light, p.world)?;
             } else if let Some(mesh) = node.mesh {
-                if node.weights.is_some() {
-                    self.note(pointer.clone(), "CRTS has no morph targets; the base shape is written");
-                }
-                for world in self.instances(node, p.world, pointer.clone())? {
-                    let parts = meshes.get(&mesh).map_or(&[][..], Vec::as_slice);
-                    for (primitive, index) in scene.meshes()[mesh].primitives.iter().zip(parts) {
+                let pose = posed.nodes.get(&p.node);
+                let own;
+                let parts = match pose {
+                    Some(pose) => {
+                        own = self.posed_mesh(mesh, pose)?;
+                        &own[..]
+                    }
+                    None => meshes.get(&mesh).map_or(&[][..], Vec::as_slice),
+                };
+                // A skin has put the vertices into the world.
+                let worlds = if pose.is_some_and(|pose| !pose.joints.is_empty()) {
+                    vec![DAffine3::IDENTITY]
+                } else {
+                    let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault: Box::new(fault) };
+                    instances(scene, node, p.world).map_err(fault)?
+                };
+                for world in worlds {
+                    for (k, (primitive, index)) in scene.meshes()[mesh].primitives.iter().zip(parts).enumerate() {
+                        if let Some(rectangle) = rectangles.get(&(mesh, k)) {
+                            self.rectangle(node, rectangle, world, &pointer)?;
+                            continue;
+                        }
                         let Some(index) = *index else { continue };
                         let material = match primitive.material {
                             Some(id) => materials.get(&id).copied(),
@@ -128,26 +160,19 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// Where a node's mesh appears (EXT_mesh_gpu_instancing).
-    fn instances(&self, node: &Node, world: DAffine3, pointer: String) -> Result<Vec<DAffine3>> {
-        let Some(instancing) = node.instancing.as_deref() else { return Ok(vec![world]) };
-        let fault = |fault| ExportFault::Geometry { pointer: pointer.clone(), fault: Box::new(fault) };
-        let (t, r, s) = (instancing.translation, instancing.rotation, instancing.scale);
-        let Some(any) = t.or(r).or(s) else { return Ok(vec![world]) };
-        let count = self.scene.accessors()[any].count;
-        let three =
-            |id: Option<AccessorId>| id.map(|id| accessor::read_f32::<3>(self.scene, id)).transpose().map_err(fault);
-        let (t, s) = (three(t)?, three(s)?);
-        let r = r.map(|id| accessor::read_f32::<4>(self.scene, id)).transpose().map_err(fault)?;
-        let vector = |list: &Option<Vec<[f32; 3]>>, i: usize, or: f64| {
-            list.as_ref().and_then(|l| l.get(i)).map_or(DVec3::splat(or), |&v| glam::Vec3::from(v).as_dvec3())
-        };
-        let rotation = |i: usize| {
-            let r = r.as_ref().and_then(|l| l.get(i)).map_or(DVec4::W, |&v| glam::Vec4::from(v).as_dvec4());
-            r.try_normalize().map_or(DQuat::IDENTITY, DQuat::from_vec4)
-        };
-        let local = |i| DAffine3::from_scale_rotation_translation(vector(&s, i, 1.0), rotation(i), vector(&t, i, 0.0));
-        Ok((0..count).map(|i| world * local(i)).collect())
+    /// Adds the primitives of a mesh as a pose deforms them.
+    fn posed_mesh(&mut self, id: MeshId, pose: &Pose) -> Result<Vec<Option<i64>>> {
+        let scene = self.scene;
+        let mesh = &scene.meshes()[id];
+        let mut indices = Vec::with_capacity(mesh.primitives.len());
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            let pointer = format!("/meshes/{}/primitives/{p}", Store::<MeshId, Mesh>::slot(id));
+            indices.push(match self.positions(primitive, &pointer) {
+                Some(positions) => Some(self.geometry(mesh, primitive, positions, Some(pose), pointer)?),
+                None => None,
+            });
+        }
+        Ok(indices)
     }
 
     fn light(&mut self, node: &Node, light: QuadLight, world: DAffine3) -> Result<()> {
@@ -213,7 +238,7 @@ fn columns(world: DAffine3) -> [f64; 16] {
 }
 
 /// As the f32 that readers make of it, written so that they do.
-fn finite_matrix(matrix: [f64; 16]) -> Result<[Option<f64>; 16]> {
+pub(super) fn finite_matrix(matrix: [f64; 16]) -> Result<[Option<f64>; 16]> {
     let mut out = [None; 16];
     for (to, from) in out.iter_mut().zip(matrix) {
         *to = Some(finite(f64::from(from as f32), "matrix")?);

@@ -2,12 +2,12 @@
 
 use super::buffers::Packed;
 use super::indices::Indices;
-use super::names;
 use crate::Scene;
-use crate::export::{Images, Note};
+use crate::export::beside::{Output, SideFile};
+use crate::export::{ExportError, Images, Note, names};
 use crate::import::files::local_path;
 use crate::model::{Blob, Image, ImageSource, Kind, media_type};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// How the document gives an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,13 +20,6 @@ pub enum Placement {
     View(u64),
     /// By a view that is added for it, with its media type, which a view needs.
     NewView { index: u64, media_type: String },
-}
-
-/// A file beside the document.
-pub struct SideFile {
-    /// Its path relative to the document, with `/` between names.
-    pub path: String,
-    pub data: Blob,
 }
 
 /// Where all images go.
@@ -55,12 +48,14 @@ impl Plan {
         let mut plan = Self::default();
         plan.by_name.extend(reserved.iter().map(|name| (name.to_lowercase(), None)));
         let views = indices.count(Kind::BufferView);
+        let core_sources: HashSet<usize> =
+            scene.textures.values().filter_map(|texture| Some(indices.of(texture.source?) as usize)).collect();
         for (i, image) in scene.images.values().enumerate() {
             let placement = match images {
                 Images::Keep => plan.keep(i, image, stem, indices),
-                Images::Embed => {
-                    plan.embed(i, image, views, packed).unwrap_or_else(|| plan.keep(i, image, stem, indices))
-                }
+                Images::Embed => plan
+                    .embed(i, image, views, &core_sources, packed)
+                    .unwrap_or_else(|| plan.keep(i, image, stem, indices)),
                 Images::External => plan.external(i, image, stem, indices),
             };
             plan.placements.push(placement);
@@ -92,7 +87,14 @@ impl Plan {
         }
     }
 
-    fn embed(&mut self, i: usize, image: &Image, views: u64, packed: &mut Packed) -> Option<Placement> {
+    fn embed(
+        &mut self,
+        i: usize,
+        image: &Image,
+        views: u64,
+        core_sources: &HashSet<usize>,
+        packed: &mut Packed,
+    ) -> Option<Placement> {
         let data = image.data.as_ref().filter(|_| !matches!(image.source, ImageSource::View(_)))?;
         let stated = match &image.source {
             ImageSource::DataUri(media_type) if media_type.starts_with("image/") => Some(media_type.as_str()),
@@ -102,6 +104,14 @@ impl Plan {
             self.note(i, "it is of no known kind, and a view has to say which; it is not embedded");
             return None;
         };
+        // Core glTF has PNG and JPEG in views; a file beside the document says nothing of its kind.
+        if core_sources.contains(&i) && !matches!(media_type, "image/png" | "image/jpeg") {
+            self.note(
+                i,
+                "textures use it without an extension, and a document may not embed its kind then; it stays a file",
+            );
+            return None;
+        }
         let index = views + self.new_views.len() as u64;
         self.new_views.push((packed.append(data.clone()), data.len()));
         Some(Placement::NewView { index, media_type: media_type.to_owned() })
@@ -149,8 +159,19 @@ impl Plan {
         self.notes.push(Note { pointer: format!("/images/{image}"), what: what.to_owned() });
     }
 
+    /// Writes the files, and takes over the paths that they get.
+    pub fn write(&mut self, output: &mut Output<'_>) -> Result<(), ExportError> {
+        for number in 0..self.files.len() {
+            let path = output.side_file(&self.files[number])?;
+            if path != self.files[number].path {
+                self.renamed(number, path);
+            }
+        }
+        Ok(())
+    }
+
     /// A side file has got another path.
-    pub fn renamed(&mut self, number: usize, path: String) {
+    fn renamed(&mut self, number: usize, path: String) {
         let new = names::uri(&path);
         self.files[number].path = path;
         for placement in &mut self.placements {

@@ -9,9 +9,9 @@ mod document;
 mod glb;
 mod images;
 mod indices;
-mod names;
 
-use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic};
+use super::beside::{self, Output};
+use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic, names};
 use crate::Scene;
 use crate::model::{AnyId, Blob, Extra};
 use buffers::Packed;
@@ -20,7 +20,6 @@ use glb::Glb;
 use images::Plan;
 use indices::Indices;
 use std::collections::HashSet;
-use std::io;
 use std::path::Path;
 
 /// A document in memory.
@@ -125,8 +124,8 @@ pub(super) fn export(
     let own_name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let bin = format!("{stem}.bin");
     let mut layout = Layout::new(scene, options, &stem, &[own_name, bin.clone()]).map_err(failed)?;
-    let mut output = Output { folder: atomic::folder(path), report: ExportReport::default() };
-    output.images(&mut layout.images)?;
+    let mut output = Output::new(path);
+    layout.images.write(&mut output)?;
     let bytes = if is_glb {
         let json = layout.document(scene, None).map_err(failed)?;
         let glb = Glb::new(&json, &layout.packed).map_err(failed)?;
@@ -141,98 +140,10 @@ pub(super) fn export(
     };
     output.report.bytes_written += bytes.map_err(|error| failed(error.into()))?;
     let mut report = output.report;
-    report.superseded = superseded(path, &stem, &report);
+    report.superseded = beside::superseded(path, &stem, "bin", &report);
     report.files.push(path.to_owned());
     report.notes = layout.notes;
     Ok(report)
-}
-
-/// The files beside a document. A file that is there is never overwritten with other content: the old document, or another
-/// one, may refer to it.
-struct Output<'a> {
-    folder: &'a Path,
-    report: ExportReport,
-}
-
-/// A name for a file.
-struct Name {
-    /// Relative to the folder.
-    path: String,
-    /// Whether the file is there already, with the same content.
-    is_there: bool,
-}
-
-impl Output<'_> {
-    fn images(&mut self, plan: &mut Plan) -> Result<(), ExportError> {
-        for number in 0..plan.files.len() {
-            let (wanted, data) = (plan.files[number].path.clone(), plan.files[number].data.clone());
-            let mut path = wanted.clone();
-            if let Some((inner, name)) = wanted.rsplit_once('/')
-                && !self.make_folder(inner)?
-            {
-                name.clone_into(&mut path);
-            }
-            let failed = |fault| ExportError { file: self.folder.join(&wanted), fault };
-            let name = self.free_name(path, [data.as_slice()].into_iter()).map_err(failed)?;
-            if name.path != wanted {
-                plan.renamed(number, name.path.clone());
-            }
-            self.write(name, [data.as_slice()])?;
-        }
-        Ok(())
-    }
-
-    /// Makes a folder below. False if symbolic links lead it elsewhere.
-    fn make_folder(&self, inner: &str) -> Result<bool, ExportError> {
-        let folder = self.folder.join(inner);
-        let is_inside = || {
-            std::fs::create_dir_all(&folder)?;
-            Ok(folder.canonicalize()?.starts_with(self.folder.canonicalize()?))
-        };
-        is_inside().map_err(|error: io::Error| ExportError { file: folder.clone(), fault: error.into() })
-    }
-
-    /// The name itself, if there is no such file or one with the same content; else one that follows from the content.
-    fn free_name<'p>(&self, path: String, pieces: impl Iterator<Item = &'p [u8]> + Clone) -> Result<Name, ExportFault> {
-        let full = self.folder.join(&path);
-        if atomic::has_content(&full, pieces.clone())? {
-            return Ok(Name { path, is_there: true });
-        }
-        if std::fs::symlink_metadata(&full).is_err() {
-            return Ok(Name { path, is_there: false });
-        }
-        let path = names::with_hash(&path, pieces.clone());
-        let is_there = atomic::has_content(&self.folder.join(&path), pieces)?;
-        Ok(Name { path, is_there })
-    }
-
-    fn write<'p>(&mut self, name: Name, pieces: impl IntoIterator<Item = &'p [u8]>) -> Result<(), ExportError> {
-        let path = self.folder.join(&name.path);
-        if !name.is_there {
-            let mut bytes = 0;
-            let written = atomic::write(&path, |w| {
-                pieces.into_iter().try_for_each(|piece| {
-                    bytes += piece.len() as u64;
-                    w.write_all(piece)
-                })
-            });
-            written.map_err(|error| ExportError { file: path.clone(), fault: error.into() })?;
-            self.report.bytes_written += bytes;
-        }
-        self.report.files.push(path);
-        Ok(())
-    }
-}
-
-/// The `.bin` files of earlier exports to this path that this one does not use.
-fn superseded(path: &Path, stem: &str, report: &ExportReport) -> Vec<std::path::PathBuf> {
-    let folder = atomic::folder(path);
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let ours = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| names::is_hashed_bin(name, stem)));
-    let paths = ours.map(|entry| folder.join(entry.file_name())).filter(|path| !report.files.contains(path));
-    let mut paths: Vec<_> = paths.collect();
-    paths.sort();
-    paths
 }
 
 #[cfg(test)]

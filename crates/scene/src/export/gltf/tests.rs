@@ -201,7 +201,7 @@ fn a_number_that_json_has_not_is_refused_and_nothing_is_written() {
 #[test]
 fn a_format_that_cannot_be_written_is_refused() {
     let error = export_path(&every_slot_scene(), Path::new("a.fbx"), &ExportOptions::default()).unwrap_err();
-    assert_eq!(error.to_string(), "a.fbx: a scene cannot be written as \"fbx\"; use .gltf, .glb or .crts");
+    assert_eq!(error.to_string(), "a.fbx: a scene cannot be written as \"fbx\"; use .gltf, .glb, .obj or .crts");
 }
 
 /// A document with images of each kind in a folder of its own.
@@ -267,6 +267,32 @@ fn images_are_embedded_with_their_bytes() {
         assert_eq!(embedded.view_bytes(view).unwrap(), [1, 2]);
     }
     assert_eq!(listing(target.path()), ["a.bin", "a.glb", "a.gltf"]);
+}
+
+#[test]
+fn an_image_that_only_an_extension_may_embed_stays_a_file_where_a_texture_uses_it_without_one() {
+    let (source, target) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let ktx2 = b"\xabKTX 20\xbb";
+    std::fs::write(source.path().join("a.ktx2"), ktx2).unwrap();
+    let document = |texture: Value| {
+        json!({
+            "asset": { "version": "2.0" },
+            "extensionsUsed": ["KHR_texture_basisu"],
+            "images": [{ "uri": "a.ktx2" }],
+            "textures": [texture],
+        })
+    };
+    for (texture, stays) in
+        [(json!({ "source": 0 }), true), (json!({ "extensions": { "KHR_texture_basisu": { "source": 0 } } }), false)]
+    {
+        let scene = import(&document(texture), Some(source.path()));
+        let path = target.path().join("a.glb");
+        let report = export_path(&scene, &path, &with_images(Images::Embed)).unwrap();
+        assert_eq!(report.notes.len(), usize::from(stays), "{:?}", report.notes);
+        let image = reimport(&path).scene.images.values().next().unwrap().clone();
+        assert_eq!(matches!(image.source, ImageSource::Uri(_)), stays);
+        assert_eq!(image.data.as_deref(), Some(&ktx2[..]));
+    }
 }
 
 #[test]

@@ -16,6 +16,7 @@ pub const SUPPORTED: &[&str] = &[
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
@@ -33,10 +34,6 @@ pub const SUPPORTED: &[&str] = &[
     "KHR_node_selectability",
     "KHR_xmp_json_ld",
 ];
-
-/// Extensions that offer something in another form beside what core glTF holds. Without support the core form is used,
-/// if there is one.
-pub const ALTERNATIVES: &[&str] = &["KHR_materials_pbrSpecularGlossiness"];
 
 /// Extensions of a buffer view that hold its data compressed.
 pub const COMPRESSED_VIEWS: &[&str] = &["KHR_meshopt_compression", "EXT_meshopt_compression"];

@@ -1,6 +1,7 @@
 //! Files made by hand, one per rule of the format.
 
 mod features;
+mod from_gltf;
 mod refusals;
 mod round_trip;
 

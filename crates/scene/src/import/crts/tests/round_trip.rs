@@ -4,7 +4,7 @@ use super::refusals::everything;
 use super::*;
 use crate::export::crts::write;
 
-fn written(scene: &Scene) -> (Vec<u8>, Vec<String>) {
+pub fn written(scene: &Scene) -> (Vec<u8>, Vec<String>) {
     let mut out = Vec::new();
     let (length, notes) = write(scene, &mut out).unwrap();
     assert_eq!(length, out.len() as u64);
@@ -12,7 +12,7 @@ fn written(scene: &Scene) -> (Vec<u8>, Vec<String>) {
 }
 
 /// Everything that a scene says, with geometry and images by value.
-fn said(scene: &Scene) -> Vec<String> {
+pub fn said(scene: &Scene) -> Vec<String> {
     let mut out = Vec::new();
     for (_, node) in scene.nodes().iter() {
         out.push(format!("{node:?}"));

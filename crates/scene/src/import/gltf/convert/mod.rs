@@ -12,7 +12,7 @@ mod node;
 mod nodes;
 mod references;
 
-use super::extensions::{ALTERNATIVES, SUPPORTED};
+use super::extensions::SUPPORTED;
 use super::nodes::NodeTexts;
 use super::{Fault, schema};
 use crate::Scene;
@@ -164,9 +164,7 @@ impl Converter<'_> {
         }
         let used = &At::Root.key("extensionsUsed");
         for (i, name) in root.extensions_used.iter().enumerate() {
-            if ALTERNATIVES.contains(&name.as_str()) {
-                self.warn(WarningKind::FallbackUsed(name.clone()), &used.index(i));
-            } else if !SUPPORTED.contains(&name.as_str()) {
+            if !SUPPORTED.contains(&name.as_str()) {
                 self.warn(WarningKind::UnknownExtension(name.clone()), &used.index(i));
             }
         }

@@ -98,6 +98,18 @@ fn the_view_of_the_compressed_bytes_becomes_that_of_the_indices_unless_it_has_ot
 }
 
 #[test]
+fn an_export_has_the_decoded_bytes_and_not_the_compressed_ones() {
+    let scene = load(&compressed_box(fixtures::SEQUENTIAL));
+    let held: usize = scene.buffers().iter().map(|(_, buffer)| buffer.data.len()).sum();
+    let files = crate::export::gltf::to_gltf(&scene, "a", &crate::export::ExportOptions::default()).unwrap();
+    let views: usize = scene.buffer_views().iter().map(|(_, view)| view.length.next_multiple_of(4)).sum();
+    let bin = &files.others[0].1;
+    assert!(bin.len() <= views && bin.len() + bytes(fixtures::SEQUENTIAL).len() <= held.next_multiple_of(4));
+    let found = bin.windows(32).any(|window| window == &bytes(fixtures::SEQUENTIAL)[..32]);
+    assert!(!found, "the compressed bytes are not written");
+}
+
+#[test]
 fn bounds_are_those_of_the_decoded_elements() {
     let scene = load(&compressed_box(fixtures::SEQUENTIAL));
     let (_, position) = scene.accessors().iter().next().unwrap();

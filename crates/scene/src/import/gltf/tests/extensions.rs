@@ -170,10 +170,59 @@ fn visibility_instancing_and_variants_are_typed() {
 
 #[test]
 fn a_required_extension_that_is_not_supported_is_refused_by_name() {
-    for name in ["KHR_materials_pbrSpecularGlossiness", "VENDOR_new"] {
-        let message = refusal(&document(json!({ "extensionsRequired": ["KHR_materials_unlit", name] })));
-        assert!(message.starts_with("a.gltf: /extensionsRequired/1: "), "{message}");
-        assert!(message.contains(name), "{message}");
+    let message = refusal(&document(json!({ "extensionsRequired": ["KHR_materials_unlit", "VENDOR_new"] })));
+    assert!(message.starts_with("a.gltf: /extensionsRequired/1: "), "{message}");
+    assert!(message.contains("VENDOR_new"), "{message}");
+}
+
+#[test]
+fn specular_and_glossiness_are_kept_and_can_be_read() {
+    let name = "KHR_materials_pbrSpecularGlossiness";
+    let transform = json!({ "KHR_texture_transform": { "scale": [2, 3], "texCoord": 1 } });
+    let given = json!({
+        "diffuseFactor": [0.5, 0.25, 0.125, 0.75],
+        "specularGlossinessTexture": { "index": 1, "texCoord": 2, "extensions": transform },
+        "glossinessFactor": 0.25,
+    });
+    let doc = document(json!({
+        "extensionsUsed": [name, "KHR_texture_transform"],
+        "extensionsRequired": [name],
+        "images": [{ "uri": "data:image/png;base64,iVBORw==" }],
+        "textures": [{ "source": 0 }, { "source": 0 }],
+        "materials": [{ "extensions": { name: given } }, {}],
+    }));
+    assert_eq!(warnings(&doc), Vec::<String>::new());
+    let scene = load(&doc);
+    let material = scene.materials().iter().next().unwrap().1;
+    assert_eq!(material.extra.extensions.as_ref().unwrap()[name], given);
+    let read = SpecularGlossiness::of(material).unwrap();
+    assert_eq!((read.diffuse, read.specular, read.glossiness), ([0.5, 0.25, 0.125, 0.75], [1.0; 3], 0.25));
+    assert!(read.diffuse_texture.is_none());
+    let texture = read.texture.unwrap();
+    assert_eq!(Some(texture.texture), scene.textures().ids().nth(1));
+    let transform = texture.transform.unwrap();
+    assert_eq!((texture.tex_coord, transform.scale, transform.tex_coord), (2, [2.0, 3.0], Some(1)));
+    assert!(SpecularGlossiness::of(scene.materials().iter().nth(1).unwrap().1).is_none());
+}
+
+#[test]
+fn metadata_packets_are_kept_with_what_refers_to_them() {
+    let packet = json!({ "@context": { "dc": "http://purl.org/dc/elements/1.1/" }, "dc:title": { "@list": ["x"] } });
+    let doc = document(json!({
+        "asset": { "version": "2.0", "extensions": { "KHR_xmp_json_ld": { "packet": 1 } } },
+        "extensionsUsed": ["KHR_xmp_json_ld"],
+        "extensions": { "KHR_xmp_json_ld": { "packets": [{}, packet] } },
+        "nodes": [{ "extensions": { "KHR_xmp_json_ld": { "packet": 0 } } }],
+    }));
+    assert_eq!(warnings(&doc), Vec::<String>::new());
+    let scene = load(&doc);
+    assert_eq!(scene.packets().iter().map(|(_, p)| p.0.clone()).collect::<Vec<_>>(), [json!({}), packet]);
+    let second: AnyId = scene.packets().ids().nth(1).unwrap().into();
+    assert_eq!(scene.asset().extra.links().iter().map(|link| link.target).collect::<Vec<_>>(), [second]);
+    let files = crate::export::gltf::to_gltf(&scene, "a", &crate::export::ExportOptions::default()).unwrap();
+    let written: Value = serde_json::from_slice(&files.document).unwrap();
+    for at in ["/asset/extensions", "/extensions", "/nodes/0/extensions", "/extensionsUsed"] {
+        assert_eq!(written.pointer(at), doc.pointer(at), "{at}");
     }
 }
 

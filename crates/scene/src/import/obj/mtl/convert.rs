@@ -12,17 +12,18 @@
 //! * `illum` 6 or 7 is glass: KHR_materials_transmission with base colour `Tf`, KHR_materials_ior with `Ni`. Elsewhere `Ni`
 //!   has no effect, as files have arbitrary values there.
 //! * emission = `Ke` (1 under `map_Ke`), by KHR_materials_emissive_strength where above 1.
-//! * `norm` is the normal map, its `-bm` the scale. `map_Pr` and `map_Pm` of one file are the metallic-roughness texture
+//! * `norm` is the normal map, its `-bm` the scale. Without it, `bump` is: as it is where its image is one (many exporters
+//!   write that), else as the normals of its heights, for which an image is made. `map_Pr` and `map_Pm` of one file are the metallic-roughness texture
 //!   (green and blue). `Ps`, `Pc` and `Pcr`, `aniso` and `anisor` are sheen, clearcoat and anisotropy.
 //! * `-s` and `-o` become KHR_texture_transform: u s + o, where glTF's v runs the other way.
 //! * Every surface is seen from both sides: OBJ knows no other.
 //! * `Ka` has no meaning where ambient light is computed, and is left out.
 
+use super::bump::{self, Bump};
 use super::{Definition, Map};
 use crate::Scene;
 use crate::import::budget::OverBudget;
 use crate::import::files::{FileFault, Files};
-use crate::import::image_type::media_type;
 use crate::import::obj::parse::line_place;
 use crate::import::warning::{WarningKind, Warnings};
 use crate::model::*;
@@ -63,6 +64,8 @@ pub struct Converter<'c> {
     pub warnings: &'c mut Warnings,
     images: HashMap<String, ImageId>,
     textures: HashMap<(ImageId, bool), TextureId>,
+    /// By image and multiplier: the normal map and its scale.
+    bumps: HashMap<(ImageId, u64), Option<(ImageId, f64)>>,
     clamping: Option<SamplerId>,
 }
 
@@ -80,7 +83,15 @@ pub fn matte(name: Option<String>) -> Material {
 
 impl<'c> Converter<'c> {
     pub fn new(scene: &'c mut Scene, files: &'c Files<'c>, warnings: &'c mut Warnings) -> Self {
-        Self { scene, files, warnings, images: HashMap::new(), textures: HashMap::new(), clamping: None }
+        Self {
+            scene,
+            files,
+            warnings,
+            images: HashMap::new(),
+            textures: HashMap::new(),
+            bumps: HashMap::new(),
+            clamping: None,
+        }
     }
 
     /// Adds the material of a definition. `library` is the file that defines it: textures are looked for beside it, then
@@ -108,6 +119,8 @@ impl<'c> Converter<'c> {
         if let Some(map) = &d.map_normal {
             let info = self.texture(map, library, d.line)?;
             material.normal_texture = Some(TextureInfo { scale: map.multiplier, ..info });
+        } else if let Some(map) = &d.map_bump {
+            material.normal_texture = self.bump(map, library, d.line)?;
         }
         if let Some(map) = &d.map_dissolve {
             if d.map_diffuse.as_ref().is_some_and(|diffuse| diffuse.file == map.file) {
@@ -143,6 +156,11 @@ impl<'c> Converter<'c> {
 
     fn texture(&mut self, map: &Map, library: &str, line: usize) -> Result<TextureInfo, OverBudget> {
         let image = self.image(&map.file, library, line)?;
+        Ok(self.info(image, map))
+    }
+
+    /// A reference to an image, laid out as a map says.
+    fn info(&mut self, image: ImageId, map: &Map) -> TextureInfo {
         let texture = match self.textures.get(&(image, map.clamp)) {
             Some(&known) => known,
             None => {
@@ -165,7 +183,51 @@ impl<'c> Converter<'c> {
                 extra: Extra::default(),
             })
         });
-        Ok(TextureInfo { texture, tex_coord: 0, transform, scale: 1.0, extra: Extra::default() })
+        TextureInfo { texture, tex_coord: 0, transform, scale: 1.0, extra: Extra::default() }
+    }
+
+    /// The normal map of a `bump` statement. An image that cannot be decoded is a warning, and none.
+    fn bump(&mut self, map: &Map, library: &str, line: usize) -> Result<Option<TextureInfo>, OverBudget> {
+        let heights = self.image(&map.file, library, line)?;
+        let key = (heights, map.multiplier.to_bits());
+        let made = match self.bumps.get(&key) {
+            Some(known) => *known,
+            None => {
+                let Some(data) = self.scene.images[heights].data.clone() else { return Ok(None) };
+                let made = match bump::read(&data, map.multiplier, self.files.budget())? {
+                    Ok(Bump::Normals) => Some((heights, map.multiplier)),
+                    Ok(Bump::Heights(png)) => Some((self.made_image(heights, png), 1.0)),
+                    Err(why) => {
+                        let what = format!("the bump map {} cannot be decoded ({why}), and is not shown", map.file);
+                        let kind = WarningKind::MaterialLibrary { file: library.to_owned(), what };
+                        self.warnings.push(kind, || line_place(line));
+                        None
+                    }
+                };
+                self.bumps.insert(key, made);
+                made
+            }
+        };
+        Ok(made.map(|(image, scale)| TextureInfo { scale, ..self.info(image, map) }))
+    }
+
+    /// An image that was made of another.
+    fn made_image(&mut self, source: ImageId, png: Vec<u8>) -> ImageId {
+        let name = match &self.scene.images[source].source {
+            ImageSource::Uri(uri) => {
+                let last = uri.rsplit('/').next().unwrap_or_default();
+                let last = percent_encoding::percent_decode_str(last).decode_utf8_lossy().into_owned();
+                last.rsplit_once('.').map_or(last.clone(), |(stem, _)| stem.to_owned()) + "-normals"
+            }
+            _ => "normals".to_owned(),
+        };
+        self.scene.images.insert(Image {
+            name: Some(name),
+            source: ImageSource::DataUri("image/png".to_owned()),
+            mime_type: None,
+            data: Some(Blob::new(png)),
+            extra: Extra::default(),
+        })
     }
 
     fn clamping_sampler(&mut self) -> SamplerId {
@@ -199,16 +261,13 @@ impl<'c> Converter<'c> {
                 None
             }
         };
-        let mime_type = data.as_deref().map(media_type);
-        if let Some(content) = mime_type
-            && !matches!(content, Some("image/png" | "image/jpeg"))
-        {
-            let kind = WarningKind::UndecodableImage(content.unwrap_or("of no known type"));
-            self.warnings.push(kind, || line_place(line));
-        }
         let uri = utf8_percent_encode(&path, NOT_IN_PATHS).to_string();
         let source = ImageSource::Uri(uri);
         let image = Image { name: None, source, mime_type: None, data, extra: Extra::default() };
+        if image.data.is_some() && !image.is_decodable() {
+            let kind = WarningKind::UndecodableImage(image.media_type().unwrap_or("of no known type"));
+            self.warnings.push(kind, || line_place(line));
+        }
         let id = self.scene.images.insert(image);
         self.images.insert(beside_library, id);
         Ok(id)

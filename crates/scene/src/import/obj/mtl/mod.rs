@@ -3,6 +3,7 @@
 //! What a statement says is kept here; `convert` says what it means for a metallic-roughness material. Nothing in a
 //! material library is an error: a statement that cannot be read is left out with a warning.
 
+mod bump;
 mod convert;
 mod map;
 
@@ -55,6 +56,7 @@ pub struct Definition {
     pub map_emission: Option<Map>,
     pub map_dissolve: Option<Map>,
     pub map_normal: Option<Map>,
+    pub map_bump: Option<Map>,
     pub map_roughness: Option<Map>,
     pub map_metallic: Option<Map>,
 }
@@ -127,9 +129,7 @@ impl Definition {
             b"norm" | b"map_norm" | b"map_kn" => Map::set(&mut self.map_normal, "norm", rest, warn),
             b"map_pr" => Map::set(&mut self.map_roughness, "map_Pr", rest, warn),
             b"map_pm" => Map::set(&mut self.map_metallic, "map_Pm", rest, warn),
-            b"bump" | b"map_bump" => {
-                warn("bump maps are not rendered; a normal map is written as norm".to_owned());
-            }
+            b"bump" | b"map_bump" => Map::set(&mut self.map_bump, "bump", rest, warn),
             // Ambient light is what a path tracer computes. Kt is no statement of the format, and what it says is in Tf.
             b"ka" | b"kt" | b"map_ka" | b"sharpness" | b"map_aat" | b"ao" => {}
             b"map_ks" | b"map_ns" | b"map_tr" | b"map_ps" | b"map_pc" | b"map_pcr" | b"map_rma" | b"map_orm"

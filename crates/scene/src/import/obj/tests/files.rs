@@ -76,7 +76,6 @@ fn what_is_missing_or_outside_is_a_warning_and_never_read() {
     assert!(matches!(kinds[0], WarningKind::MissingMaterialLibrary(_)), "{kinds:?}");
     assert_eq!(kinds.iter().filter(|k| matches!(k, WarningKind::MissingImage(_))).count(), 3, "{kinds:?}");
     assert!(kinds.contains(&&WarningKind::UndefinedMaterial("green".to_owned())), "{kinds:?}");
-    assert!(said(&imported).iter().any(|w| w.contains("in a.mtl: bump maps are not rendered")));
 }
 
 #[test]
@@ -102,6 +101,47 @@ fn textures_are_found_beside_the_library_and_shared() {
     assert_eq!(scene.textures().len(), 3, "repeated, clamped, and the normal map");
     assert_eq!(scene.samplers().len(), 1);
     assert!(scene.images().iter().all(|(_, image)| image.data.as_deref() == Some(PNG)));
+}
+
+#[test]
+fn a_bump_map_is_a_normal_map_or_becomes_one() {
+    let png = |texel: [u8; 3]| {
+        let mut out = Vec::new();
+        image::ImageEncoder::write_image(
+            image::codecs::png::PngEncoder::new(&mut out),
+            &texel,
+            1,
+            1,
+            image::ExtendedColorType::Rgb8,
+        )
+        .unwrap();
+        out
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mtl = b"newmtl normals\nmap_Bump -bm 0.5 n.png\nnewmtl heights\nbump -bm 2 -s 3 3 h.png\n\
+        newmtl again\nbump -bm 2 h.png\nnewmtl both\nbump h.png\nnorm n.png\nnewmtl broken\nbump b.png\n";
+    let imported = load(
+        folder.path(),
+        &[
+            ("scene/a.obj", &obj("mtllib m.mtl")),
+            ("scene/m.mtl", mtl),
+            ("scene/n.png", &png([128, 128, 255])),
+            ("scene/h.png", &png([9, 9, 9])),
+            ("scene/b.png", PNG),
+        ],
+    );
+    let scene = &imported.scene;
+    let map = |i: usize| scene.materials().iter().nth(i).unwrap().1.normal_texture.clone();
+    let image = |i: usize| &scene.images()[scene.textures()[map(i).unwrap().texture].source.unwrap()];
+    assert_eq!((map(0).unwrap().scale, &image(0).source), (0.5, &ImageSource::Uri("n.png".to_owned())));
+    assert_eq!((map(1).unwrap().scale, image(1).name.as_deref()), (1.0, Some("h-normals")));
+    assert_eq!(map(1).unwrap().transform.unwrap().scale, [3.0, 3.0]);
+    assert!(std::ptr::eq(image(1), image(2)), "made once");
+    assert_eq!(image(3).source, ImageSource::Uri("n.png".to_owned()));
+    assert!(map(4).is_none());
+    let said = said(&imported);
+    let about_maps: Vec<_> = said.iter().filter(|w| w.contains(" map ")).collect();
+    assert!(about_maps.len() == 1 && about_maps[0].contains("the bump map b.png cannot be decoded"), "{said:?}");
 }
 
 #[test]

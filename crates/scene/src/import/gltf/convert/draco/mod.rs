@@ -11,7 +11,7 @@ mod collect;
 mod values;
 
 use super::{Converter, Result};
-use crate::codec::draco::{self, DecodeLimits, DracoError, DracoMesh};
+use crate::codec::draco::{self, Component, DecodeLimits, DracoError, DracoMesh};
 use crate::import::gltf::Fault;
 use crate::import::gltf::extensions::DRACO;
 use crate::import::gltf::schema;
@@ -147,8 +147,15 @@ impl Job {
                         output.accessor
                     )));
                 }
+                let start = part.len();
                 values::append_attribute(attribute, output.component, output.normalized, output.stride(), part)
-                    .map_err(invalid)
+                    .map_err(invalid)?;
+                if semantic.starts_with("COLOR_")
+                    && (attribute.component, output.component) == (Component::F32, ComponentType::F32)
+                {
+                    values::clamp_colors(&mut part[start..]);
+                }
+                Ok(())
             }
         }
     }

@@ -65,6 +65,14 @@ pub fn append_attribute(
     Ok(())
 }
 
+/// Brings floats that stand for colours into the range that glTF asks for, which quantisation leads out of by a step.
+pub fn clamp_colors(floats: &mut [u8]) {
+    for bytes in floats.as_chunks_mut::<4>().0 {
+        // NaN stays what it is.
+        *bytes = f32::from_le_bytes(*bytes).clamp(0.0, 1.0).to_le_bytes();
+    }
+}
+
 /// The least and the greatest value of each component; `None` where a component has no number.
 #[derive(Debug, PartialEq)]
 pub struct Bounds {
@@ -221,6 +229,13 @@ mod tests {
             let odd = attribute(Component::F32, 1, false, floats(&[odd]));
             assert!(converted(&odd, ComponentType::U8, true, 4).is_err());
         }
+    }
+
+    #[test]
+    fn colours_are_brought_into_range() {
+        let mut colors = floats(&[1.0007, -0.1, 0.5, f32::NAN]);
+        clamp_colors(&mut colors);
+        assert_eq!(colors, floats(&[1.0, 0.0, 0.5, f32::NAN]));
     }
 
     #[test]

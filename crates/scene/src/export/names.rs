@@ -44,9 +44,10 @@ pub fn with_hash<'a>(relative: &str, pieces: impl IntoIterator<Item = &'a [u8]>)
 
 const HASH_DIGITS: usize = 16;
 
-/// Whether a name is [`with_hash`] of `stem.bin`.
-pub fn is_hashed_bin(name: &str, stem: &str) -> bool {
-    let hash = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('-')?.strip_suffix(".bin"));
+/// Whether a name is [`with_hash`] of `stem.extension`.
+pub fn is_hashed(name: &str, stem: &str, extension: &str) -> bool {
+    let hash =
+        name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('-')?.strip_suffix(extension)?.strip_suffix('.'));
     hash.is_some_and(|hash| hash.len() == HASH_DIGITS && hash.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
@@ -90,9 +91,9 @@ mod tests {
         assert_ne!(name, with_hash("t/a.b.png", [&b"abd"[..]]));
         assert!(name.starts_with("t/a.b-") && name.ends_with(".png"), "{name}");
         assert_eq!(with_hash("README", [&b""[..]]).len(), "README-".len() + HASH_DIGITS);
-        assert!(is_hashed_bin(&with_hash("s x.bin", [&b"1"[..]]), "s x"));
+        assert!(is_hashed(&with_hash("s x.bin", [&b"1"[..]]), "s x", "bin"));
         for other in ["s x.bin", "s x-1.bin", "s x-0123456789abcdeg.bin", "s-0123456789abcdef.bin"] {
-            assert!(!is_hashed_bin(other, "s x"), "{other}");
+            assert!(!is_hashed(other, "s x", "bin"), "{other}");
         }
     }
 }
