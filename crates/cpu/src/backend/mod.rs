@@ -87,13 +87,18 @@ impl Backend for CpuBackend {
         frame_check::check_batch(&batch)?;
         let instances_changed = batch.tlas != TlasAction::None;
         let lights_changed = !batch.lights.ranges.is_empty() || batch.lights.len as usize != self.scene.lights.len();
+        let rows = &batch.emitters;
+        let emitters_changed = !rows.ranges.is_empty() || rows.len as usize != self.scene.emitters.len();
         let report = self.scene.apply(batch)?;
         self.end_job();
         if instances_changed {
             self.lights.update_radius(&self.scene);
         }
-        if instances_changed || lights_changed {
+        if lights_changed {
             self.lights.update_punctual(&self.scene);
+        }
+        if instances_changed || emitters_changed {
+            self.lights.update_emitters(&self.scene);
         }
         self.lights.weigh_kinds(&self.scene);
         Ok(report)

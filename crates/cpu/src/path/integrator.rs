@@ -77,6 +77,8 @@ impl Gathered {
 #[derive(Clone, Copy)]
 struct Previous {
     position: Vec3,
+    /// Geometric normal on the side from which it was seen.
+    geometric: Vec3,
     /// Density of the BSDF sample; 0 for the camera, which no other strategy competes with.
     pdf: f32,
 }
@@ -93,7 +95,7 @@ pub fn trace_path(
     let mut sample = PathSample::default();
     let mut gathered = Gathered::default();
     let mut throughput = Vec3::ONE;
-    let mut previous = Previous { position: ray.origin, pdf: 0.0 };
+    let mut previous = Previous { position: ray.origin, geometric: Vec3::ZERO, pdf: 0.0 };
 
     for depth in 1..=frame.max_depth {
         // Find the next vertex
@@ -164,7 +166,7 @@ pub fn trace_path(
             }
             throughput /= survival;
         }
-        previous = Previous { position: point.position, pdf: next.value.pdf };
+        previous = Previous { position: point.position, geometric, pdf: next.value.pdf };
         ray = Ray::new(point.ray_origin(geometric), next.direction);
     }
     counts.discarded += gathered.discarded;
@@ -206,7 +208,7 @@ fn emission_weight(tracer: &PathTracer, point: &SurfacePoint, cos: f32, previous
     if previous.pdf == 0.0 {
         return 1.0;
     }
-    let light_pdf = emitter_pdf(tracer.scene, tracer.lights, point, previous.position, cos);
+    let light_pdf = emitter_pdf(tracer.scene, tracer.lights, point, previous.position, previous.geometric, cos);
     found_weight(tracer.frame.estimator, previous, light_pdf)
 }
 
@@ -239,7 +241,7 @@ fn sample_lights(tracer: &PathTracer, sampler: &Sampler, vertex: &Vertex, counts
             }
         }
     }
-    if !lights.punctual.cumulative.is_empty() {
+    if !lights.punctual.is_empty() {
         let [seed, choice, _, _] = sampler.set(vertex.depth, DimensionSet::Punctual);
         let position = vertex.point.position;
         let light = sample_punctual(scene, lights, position, vertex.geometric, vertex.shading, seed, choice);
@@ -262,8 +264,8 @@ fn sample_sized_light(tracer: &PathTracer, vertex: &Vertex, u: [f32; 4]) -> Opti
     let u = Vec2::new(u0, u1);
     let (sample, probability) = if pick < kinds.emitters {
         let pick = (pick / kinds.emitters).min(1.0 - f32::EPSILON / 2.0);
-        let from = vertex.point.position;
-        (sample_emitter(scene, lights, from, vertex.cone, pick, pick_triangle, u), kinds.emitters)
+        let (from, normal) = (vertex.point.position, vertex.geometric);
+        (sample_emitter(scene, lights, from, normal, vertex.cone, pick, pick_triangle, u), kinds.emitters)
     } else if pick < kinds.emitters + kinds.environment || kinds.sun == 0.0 {
         (sample_environment(lights, u), kinds.environment)
     } else {

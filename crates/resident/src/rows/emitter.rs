@@ -3,7 +3,10 @@ use bytemuck::{Pod, Zeroable};
 /// One emissive RenderNode. 32 bytes.
 ///
 /// A point on it is sampled by choosing a triangle in proportion to its object-space area, then a point uniformly on
-/// the triangle: the density over world area is `p(emitter) * (area_object / total_area_object) / area_world`.
+/// the triangle: the density over world area is `p(emitter) * (area_object / total_area_object) / area_world`. One that is
+/// a rectangle ([`MeshDesc::parallelogram`](super::MeshDesc::parallelogram)) is sampled by solid angle instead:
+/// `p(emitter) / solid_angle`. `p(emitter)` depends on where it is seen from
+/// ([`LightTree`](crate::sampling::LightTree)).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct EmitterRow {
@@ -15,7 +18,8 @@ pub struct EmitterRow {
     pub triangle_count: u32,
     /// Sum of the object-space areas of its triangles.
     pub area: f32,
-    /// Its weight in the choice among emitters: about the power it emits (luminance x world area x pi x faces).
+    /// About the power that it emits (luminance x world area x pi x faces): its weight in the choice among emitters and kinds
+    /// of light.
     pub power: f32,
     /// `power` summed over this and all earlier rows; the last row's is the total.
     pub cumulative_power: f32,

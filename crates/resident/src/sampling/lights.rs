@@ -2,16 +2,24 @@
 //!
 //! At every vertex one sample goes to the lights that rays can hit too: emissive triangles, the environment map or the
 //! sun ([`LightKinds`] chooses, with the same probabilities everywhere, so that MIS knows the density of a direction).
-//! Another goes to the punctual lights, which no ray can hit: it is chosen by resampling ([`PunctualDistribution`]).
+//! Another goes to the punctual lights, which no ray can hit: it is chosen by resampling ([`PunctualDistribution`]). Where
+//! lights are many, a [`LightTree`] says which are likely to matter at the vertex.
 
 use crate::environment::Sun;
 use crate::math::luminance;
 use crate::rows::{LightKind, LightRow, MeshDesc, NodeFlags, RenderNodeRow};
+use crate::sampling::light_tree::{LightBounds, LightTree};
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// Most punctual lights that are weighed at a vertex: all of them where there are no more, else a sample by power.
+/// Most candidates among punctual lights that are weighed at a vertex.
 pub const PUNCTUAL_CANDIDATES: usize = 16;
+
+/// Candidates among directional lights where they are more.
+const DIRECTIONAL_CANDIDATES: usize = 4;
+
+/// Candidates that are taken from the tree where there are more lights than candidates.
+const TREE_CANDIDATES: usize = 4;
 
 /// Probabilities of the kinds of light that have a size; they sum to 1, or are all 0 without such lights.
 ///
@@ -80,46 +88,73 @@ pub fn scene_radius(render_nodes: &[RenderNodeRow], mesh_descs: &[MeshDesc]) -> 
     if radius > 0.0 && radius.is_finite() { radius } else { 1.0 }
 }
 
-/// Cumulative power of the punctual lights.
+/// The choice of candidates among the punctual lights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PunctualDistribution {
-    /// Normalised cumulative power by row of the light buffer; the last is 1. Empty when no light shines.
-    pub cumulative: Vec<f32>,
+    /// Rows of the directional lights that shine.
+    pub directional: Vec<u32>,
+    /// Rows of the others that shine.
+    pub local: Vec<u32>,
+    /// The tree over all rows, for the local ones; empty where they are so few that all are candidates.
+    pub tree: LightTree,
 }
 
 impl PunctualDistribution {
-    /// Builds the table; `radius` bounds the scene, in metres, and gives directional lights a power.
-    pub fn build(lights: &[LightRow], radius: f32) -> Self {
-        let mut sum = 0.0f64;
-        let mut cumulative: Vec<f32> = lights
-            .iter()
-            .map(|light| {
-                let power = punctual_power(light, radius);
-                sum += if power > 0.0 && power.is_finite() { power as f64 } else { 0.0 };
-                sum as f32
-            })
-            .collect();
-        let total = sum as f32;
-        if !(total > 0.0 && total.is_finite()) {
-            return Self::default();
+    /// Looks at the rows of the light buffer.
+    pub fn build(lights: &[LightRow]) -> Self {
+        let shines = |light: &LightRow| {
+            let luminance = luminance(Vec3::from_array(light.color));
+            luminance > 0.0 && luminance.is_finite()
+        };
+        let bounds: Vec<Option<LightBounds>> = lights.iter().map(LightBounds::of_light).collect();
+        let rows =
+            |is_one: &dyn Fn(usize) -> bool| (0..lights.len()).filter(|&i| is_one(i)).map(|i| i as u32).collect();
+        let is_directional = |i: usize| lights[i].kind == LightKind::Directional as u32 && shines(&lights[i]);
+        let mut distribution = Self {
+            directional: rows(&is_directional),
+            local: rows(&|i| bounds[i].is_some()),
+            tree: LightTree::default(),
+        };
+        if distribution.local.len() > PUNCTUAL_CANDIDATES - DIRECTIONAL_CANDIDATES {
+            distribution.tree = LightTree::build(&bounds);
         }
-        for c in &mut cumulative {
-            *c /= total;
-        }
-        Self { cumulative }
+        distribution
     }
-}
 
-fn punctual_power(light: &LightRow, radius: f32) -> f32 {
-    let intensity = luminance(Vec3::from_array(light.color));
-    match light.kind {
-        k if k == LightKind::Directional as u32 => PI * radius * radius * intensity,
-        k if k == LightKind::Point as u32 => 4.0 * PI * intensity,
-        k if k == LightKind::Spot as u32 => {
-            let cos_outer = -light.angle_offset / light.angle_scale;
-            2.0 * PI * (1.0 - cos_outer).max(1e-6) * intensity
+    /// Whether no light shines.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.directional.is_empty() && self.local.is_empty()
+    }
+
+    /// Number of candidates at a vertex, at most [`PUNCTUAL_CANDIDATES`].
+    #[inline]
+    pub fn candidates(&self) -> usize {
+        let local = if self.tree.nodes.is_empty() { self.local.len() } else { TREE_CANDIDATES };
+        self.directional.len().min(DIRECTIONAL_CANDIDATES) + local
+    }
+
+    /// Candidate `j` of a surface at `from` with the normal `normal`, as for [`LightTree::sample`]: its row, and the inverse
+    /// of the number of times that it is expected among the candidates. `seed` in 0..1 decides all of them, which are spread
+    /// evenly over the lights, or over their shares in the tree. `None` where the tree leads to none.
+    #[inline]
+    pub fn candidate(&self, j: usize, seed: f32, from: Vec3, normal: Vec3) -> Option<(usize, f32)> {
+        let even = |j: usize, n: usize| ((j as f32 + seed) / n as f32).min(1.0 - f32::EPSILON / 2.0);
+        let directional = self.directional.len().min(DIRECTIONAL_CANDIDATES);
+        if j < directional {
+            let n = self.directional.len();
+            if n <= DIRECTIONAL_CANDIDATES {
+                return Some((self.directional[j] as usize, 1.0));
+            }
+            let i = ((even(j, directional) * n as f32) as usize).min(n - 1);
+            return Some((self.directional[i] as usize, n as f32 / directional as f32));
         }
-        _ => 0.0,
+        let j = j - directional;
+        if self.tree.nodes.is_empty() {
+            return Some((*self.local.get(j)? as usize, 1.0));
+        }
+        let (row, probability) = self.tree.sample(from, normal, even(j, TREE_CANDIDATES))?;
+        Some((row as usize, 1.0 / (TREE_CANDIDATES as f32 * probability)))
     }
 }
 
@@ -148,25 +183,52 @@ mod tests {
         assert_eq!(scene_radius(&[], &[desc]), 1.0);
     }
 
-    #[test]
-    fn punctual_lights_are_weighed_by_power_and_holes_not_at_all() {
-        let row = |kind: LightKind, color: f32| LightRow {
+    fn row(kind: LightKind, color: f32) -> LightRow {
+        LightRow {
             kind: kind as u32,
             color: [color; 3],
+            direction: [0.0, -1.0, 0.0],
             angle_scale: 2.0,
             angle_offset: -1.0,
             ..bytemuck::Zeroable::zeroed()
-        };
+        }
+    }
+
+    #[test]
+    fn few_punctual_lights_are_all_candidates_and_holes_are_none() {
         let lights = [
             row(LightKind::None, 5.0),
             row(LightKind::Point, 1.0),
-            row(LightKind::Spot, 1.0),
             row(LightKind::Directional, 1.0),
+            row(LightKind::Spot, 1.0),
+            row(LightKind::Point, 0.0),
         ];
-        let c = PunctualDistribution::build(&lights, 2.0).cumulative;
-        assert_eq!(c[0], 0.0);
-        // 4 pi, 2 pi (1 - 1/2) and pi 2^2.
-        assert!((c[1] - 4.0 / 9.0).abs() < 1e-6 && (c[2] - 5.0 / 9.0).abs() < 1e-6 && c[3] == 1.0);
-        assert!(PunctualDistribution::build(&lights[..1], 2.0).cumulative.is_empty());
+        let distribution = PunctualDistribution::build(&lights);
+        let rows: Vec<_> = (0..distribution.candidates())
+            .map(|j| distribution.candidate(j, 0.5, Vec3::ONE, Vec3::Y).unwrap())
+            .collect();
+        assert_eq!(rows, [(2, 1.0), (1, 1.0), (3, 1.0)]);
+        assert!(PunctualDistribution::build(&lights[..1]).is_empty());
+    }
+
+    #[test]
+    fn many_punctual_lights_are_expected_once_each() {
+        let mut lights = vec![row(LightKind::Directional, 1.0); 7];
+        for i in 0..100 {
+            let position = [(i % 10) as f32, 3.0 + (i % 3) as f32, (i / 10) as f32];
+            lights.push(LightRow { position, ..row(LightKind::Point, 1.0 + (i % 4) as f32) });
+        }
+        let distribution = PunctualDistribution::build(&lights);
+        assert!(distribution.candidates() <= PUNCTUAL_CANDIDATES);
+        let mut expected = vec![0.0f64; lights.len()];
+        let n = 50_000;
+        for k in 0..n {
+            for j in 0..distribution.candidates() {
+                let from = Vec3::new(4.2, 0.0, 6.1);
+                let (row, weight) = distribution.candidate(j, (k as f32 + 0.5) / n as f32, from, Vec3::Y).unwrap();
+                expected[row] += f64::from(weight) / f64::from(n);
+            }
+        }
+        assert!(expected.iter().all(|e| (e - 1.0).abs() < 0.05), "{expected:?}");
     }
 }

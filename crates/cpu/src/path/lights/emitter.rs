@@ -11,16 +11,23 @@ use glam::{Vec2, Vec3};
 use orthant_resident::rows::{EmitterRow, NONE};
 use orthant_resident::sampling::warp::sample_triangle;
 
-/// Density over solid angle with which next event estimation from `from` chooses the direction to a point of an emissive
-/// surface, which is met under the cosine `cos`; the choice of the kind is included. 0 for a surface that is in no emitter
-/// table.
+/// Density over solid angle with which next event estimation from `from`, where the geometric normal is `normal`, chooses
+/// the direction to a point of an emissive surface, which is met under the cosine `cos`; the choice of the kind is
+/// included. 0 for a surface that is in no emitter table.
 #[inline]
-pub fn emitter_pdf(scene: &ResidentScene, lights: &LightTables, point: &SurfacePoint, from: Vec3, cos: f32) -> f32 {
+pub fn emitter_pdf(
+    scene: &ResidentScene,
+    lights: &LightTables,
+    point: &SurfacePoint,
+    from: Vec3,
+    normal: Vec3,
+    cos: f32,
+) -> f32 {
     let Some(row) = scene.emitters.get(point.node.emitter as usize) else { return 0.0 };
     if point.node.emitter == NONE || point.area <= 0.0 {
         return 0.0;
     }
-    let chosen = lights.kinds.emitters * emitter_probability(scene, lights, point.node.emitter as usize);
+    let chosen = lights.kinds.emitters * lights.emitters.probability(point.node.emitter, from, normal);
     if let Some(rectangle) = Quad::new(scene, point.node, point.desc).and_then(|quad| quad.seen_from(from)) {
         return chosen / rectangle.solid_angle();
     }
@@ -28,22 +35,22 @@ pub fn emitter_pdf(scene: &ResidentScene, lights: &LightTables, point: &SurfaceP
     chosen * triangle_probability(scene, row, point.triangle as usize) / point.area * distance2 / cos.abs().max(1e-9)
 }
 
-/// Samples a point of an emissive surface as seen from `from`: `pick` chooses the emitter, `pick_triangle` the triangle,
+/// Samples a point of an emissive surface as seen from `from`, where the geometric normal is `normal`: `pick` chooses the emitter, `pick_triangle` the triangle,
 /// `u` the point. The density leaves the choice of the kind out. `cone` is that of a ray from there.
 #[inline]
 pub fn sample_emitter(
     scene: &ResidentScene,
     lights: &LightTables,
     from: Vec3,
+    normal: Vec3,
     cone: RayCone,
     pick: f32,
     pick_triangle: f32,
     u: Vec2,
 ) -> Option<LightSample> {
-    // Choose an emitter by power
-    let target = pick * lights.emitter_power;
-    let index = scene.emitters.partition_point(|row| row.cumulative_power <= target);
-    let row = scene.emitters.get(index)?;
+    // Choose an emitter
+    let (index, chosen) = lights.emitters.sample(from, normal, pick)?;
+    let row = scene.emitters.get(index as usize)?;
     let node = scene.render_nodes.get(row.render_node as usize)?;
 
     // Choose a point on it: a quad's as a whole, else a triangle by area first
@@ -77,7 +84,7 @@ pub fn sample_emitter(
         Some(rectangle) => 1.0 / rectangle.solid_angle(),
         None => triangle_probability(scene, row, triangle as usize) / point.area * distance2 / cos.abs(),
     };
-    let pdf = emitter_probability(scene, lights, index) * density;
+    let pdf = chosen * density;
     let presence = surface_presence(scene, &point);
     if !(pdf > 0.0 && presence > 0.0) {
         return None;
@@ -86,12 +93,6 @@ pub fn sample_emitter(
     let radiance = emitted_radiance(scene, &point, &frame) * presence;
     let facing = if cos > 0.0 { point.front } else { -point.front };
     Some(LightSample { direction, end: Some(point.ray_origin(facing)), radiance, pdf })
-}
-
-#[inline]
-fn emitter_probability(scene: &ResidentScene, lights: &LightTables, index: usize) -> f32 {
-    let before = if index == 0 { 0.0 } else { scene.emitters[index - 1].cumulative_power };
-    (scene.emitters[index].cumulative_power - before) / lights.emitter_power
 }
 
 #[inline]

@@ -8,7 +8,6 @@ use crate::scene::ResidentScene;
 use glam::Vec3;
 use orthant_resident::math::luminance;
 use orthant_resident::rows::{LightKind, LightRow};
-use orthant_resident::sampling::environment::{cumulative_step, search_cumulative};
 use orthant_resident::sampling::lights::PUNCTUAL_CANDIDATES;
 
 /// Samples a punctual light for a surface at `position`; the sample's radiance is the irradiance at a surface that faces
@@ -23,15 +22,15 @@ pub fn sample_punctual(
     seed: f32,
     choice: f32,
 ) -> Option<LightSample> {
-    let count = lights.punctual.cumulative.len();
-    let candidates = count.min(PUNCTUAL_CANDIDATES);
+    let candidates = lights.punctual.candidates();
 
     // Weigh the candidates
     let mut importance = [0.0f32; PUNCTUAL_CANDIDATES];
     let mut total = 0.0;
     for (j, importance) in importance.iter_mut().enumerate().take(candidates) {
-        let (index, weight) = candidate(lights, j, seed);
-        if let Some(sample) = punctual_light(&scene.lights[index], position) {
+        if let Some((index, weight)) = lights.punctual.candidate(j, seed, position, geometric)
+            && let Some(sample) = punctual_light(&scene.lights[index], position)
+        {
             let value = light_importance(&sample, geometric, shading) * weight;
             *importance = if value.is_finite() { value } else { 0.0 };
         }
@@ -53,23 +52,10 @@ pub fn sample_punctual(
             }
         }
     }
-    let (index, weight) = candidate(lights, chosen, seed);
+    let (index, weight) = lights.punctual.candidate(chosen, seed, position, geometric)?;
     let mut sample = punctual_light(&scene.lights[index], position)?;
     sample.radiance *= total * weight / importance[chosen];
     Some(sample)
-}
-
-/// Row and weight of candidate `j`: every light once where they are few, else a stratified choice by power, weighed by
-/// the inverse of its expected count.
-#[inline]
-fn candidate(lights: &LightTables, j: usize, seed: f32) -> (usize, f32) {
-    let cumulative = &lights.punctual.cumulative;
-    if cumulative.len() <= PUNCTUAL_CANDIDATES {
-        return (j, 1.0);
-    }
-    let n = PUNCTUAL_CANDIDATES as f32;
-    let (index, _) = search_cumulative(cumulative, ((j as f32 + seed) / n).min(1.0 - f32::EPSILON));
-    (index, 1.0 / (n * cumulative_step(cumulative, index)))
 }
 
 #[inline]

@@ -4,7 +4,8 @@
 use crate::path::surface::corner_rows;
 use crate::scene::ResidentScene;
 use glam::{Vec2, Vec3};
-use orthant_resident::rows::{MeshDesc, RenderNodeRow};
+use orthant_resident::math::safe_normalize;
+use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_resident::sampling::SphericalRectangle;
 
 /// A parallelogram in world space.
@@ -27,6 +28,12 @@ impl Quad {
         let [p, next, last] = [0, 1, 2].map(|k| Vec3::from_array(scene.positions[rows[(opposite[0] + k) % 3]]));
         let sides = [next - p, last - p].map(|side| node.world.transform_vector(side));
         Some(Self { corner: node.world.transform_point(p), sides, opposite })
+    }
+
+    /// Unit normal of the front face; zero for one without area.
+    pub fn front(&self, node: &RenderNodeRow) -> Vec3 {
+        let normal = safe_normalize(self.sides[0].cross(self.sides[1]), Vec3::ZERO);
+        if node.flags & NodeFlags::MIRRORED != 0 { -normal } else { normal }
     }
 
     /// How it is seen from a point; `None` where it is to be sampled by area.

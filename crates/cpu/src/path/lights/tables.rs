@@ -1,8 +1,11 @@
+use super::quad::Quad;
 use crate::scene::ResidentScene;
 use glam::Vec3;
 use orthant_resident::Environment;
 use orthant_resident::environment::{EnvironmentMap, Sun};
 use orthant_resident::math::{safe_normalize, sin_cos_turns};
+use orthant_resident::rows::EmitterRow;
+use orthant_resident::sampling::light_tree::{LightBounds, LightTree};
 use orthant_resident::sampling::lights::{distant_power, scene_radius, sun_integral};
 use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
 use std::f32::consts::TAU;
@@ -13,8 +16,8 @@ use std::sync::Arc;
 pub struct LightTables {
     /// Probabilities of the kinds of light with a size.
     pub kinds: LightKinds,
-    /// Sum of the emitters' powers: the scale of their cumulative table.
-    pub emitter_power: f32,
+    /// The choice among emitters.
+    pub emitters: LightTree,
     /// Radius of the scene in metres: what distant lights shine on.
     pub radius: f32,
     /// The choice among punctual lights.
@@ -60,16 +63,29 @@ impl LightTables {
         self.radius = scene_radius(&scene.render_nodes, &scene.mesh_descs);
     }
 
-    /// Takes over the punctual lights; the radius is to be up to date.
+    /// Takes over the punctual lights.
     pub fn update_punctual(&mut self, scene: &ResidentScene) {
-        self.punctual = PunctualDistribution::build(&scene.lights, self.radius);
+        self.punctual = PunctualDistribution::build(&scene.lights);
+    }
+
+    /// Takes over the emitters. It visits all of them: to be called when they or instances have changed.
+    pub fn update_emitters(&mut self, scene: &ResidentScene) {
+        let bounds: Vec<_> = scene.emitters.iter().map(|row| emitter_bounds(scene, row)).collect();
+        self.emitters = LightTree::build(&bounds);
     }
 
     /// Weighs the emitters, the environment and the sun against each other.
     pub fn weigh_kinds(&mut self, scene: &ResidentScene) {
-        self.emitter_power = scene.emitters.last().map_or(0.0, |row| row.cumulative_power);
+        let emitters = scene.emitters.last().map_or(0.0, |row| row.cumulative_power);
         let map = self.distribution.as_ref().map_or(0.0, |d| distant_power(d.integral * self.intensity, self.radius));
         let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), self.radius));
-        self.kinds = LightKinds::from_powers(self.emitter_power, map, sun);
+        self.kinds = LightKinds::from_powers(emitters, map, sun);
     }
+}
+
+fn emitter_bounds(scene: &ResidentScene, row: &EmitterRow) -> Option<LightBounds> {
+    let node = scene.render_nodes.get(row.render_node as usize)?;
+    let desc = scene.mesh_descs.get(node.primitive as usize)?;
+    let front = Quad::new(scene, node, desc).map(|quad| quad.front(node));
+    LightBounds::of_emitter(row, node, desc, front)
 }

@@ -1,0 +1,232 @@
+//! [`LightTree`]: the choice among many lights by what they can bring to a surface (Conty Estevez and Kulla 2018,
+//! "Importance Sampling of Many Lights with Adaptive Tree Splitting"; as a binary tree without splitting).
+//!
+//! A walk from the root chooses one of two groups at each node, in proportion to a bound-like estimate of their light at
+//! the surface, down to one light. The probability of a light at a surface, which MIS asks for, is that of the walk to its
+//! leaf.
+
+mod bounds;
+mod build;
+
+pub use bounds::LightBounds;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A group of lights or one. 64 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct LightNode {
+    /// Of all lights below.
+    pub bounds: LightBounds,
+    /// Node of the second group (the first one's is the next node), or 0 for one light.
+    pub second: u32,
+    /// The node above; the root's is 0.
+    pub parent: u32,
+    /// A light's number, of those that the tree was built over.
+    pub light: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// See the module. An empty tree has no nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightTree {
+    /// Node 0 is the root; children follow their parents.
+    pub nodes: Vec<LightNode>,
+    /// The node of each light, or 0 beyond the first for those that do not shine.
+    pub leaves: Vec<u32>,
+}
+
+impl LightTree {
+    /// Chooses a light for a surface at `from` with the unit normal `normal` on the side from which light is taken (zero
+    /// for both sides) by a random number in 0..1: its number, and the probability of the choice. `None` where none can
+    /// bring light.
+    #[inline]
+    pub fn sample(&self, from: Vec3, normal: Vec3, u: f32) -> Option<(u32, f32)> {
+        let mut at = 0usize;
+        let mut node = self.nodes.first()?;
+        let (mut u, mut probability) = (u, 1.0f32);
+        while node.second != 0 {
+            let [first, second] = self.shares(at, from, normal)?;
+            // A share of 1 is chosen whatever the rounding of `u`.
+            if u < first || second <= 0.0 {
+                u = (u / first).min(1.0 - f32::EPSILON / 2.0);
+                probability *= first;
+                at += 1;
+            } else {
+                u = ((u - first) / second).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
+                probability *= second;
+                at = node.second as usize;
+            }
+            node = &self.nodes[at];
+        }
+        Some((node.light, probability))
+    }
+
+    /// The probability with which [`Self::sample`] chooses a light.
+    #[inline]
+    pub fn probability(&self, light: u32, from: Vec3, normal: Vec3) -> f32 {
+        let Some(&leaf) = self.leaves.get(light as usize) else { return 0.0 };
+        let mut at = leaf as usize;
+        if self.nodes.get(at).is_none_or(|node| node.second != 0 || node.light != light) {
+            return 0.0;
+        }
+        let mut probability = 1.0;
+        while at != 0 {
+            let parent = self.nodes[at].parent as usize;
+            let Some([first, second]) = self.shares(parent, from, normal) else { return 0.0 };
+            probability *= if at == parent + 1 { first } else { second };
+            at = parent;
+        }
+        probability
+    }
+
+    /// Probabilities of the two groups below a node; `None` where neither can bring light.
+    #[inline]
+    fn shares(&self, at: usize, from: Vec3, normal: Vec3) -> Option<[f32; 2]> {
+        let second = self.nodes[at].second as usize;
+        let [a, b] = [at + 1, second].map(|child| {
+            let node = &self.nodes[child];
+            node.bounds.importance(from, normal, node.second != 0)
+        });
+        let sum = a + b;
+        (sum > 0.0).then(|| [a / sum, b / sum])
+    }
+
+    /// Bytes in memory.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{safe_normalize, unit_float};
+    use crate::sampling::hash_combine;
+
+    fn random(i: u32, k: u32) -> f32 {
+        unit_float(hash_combine(hash_combine(7, i), k))
+    }
+
+    /// Surfaces and points at random places; every seventh does not shine.
+    fn lights(count: u32) -> Vec<Option<LightBounds>> {
+        let light = |i: u32| {
+            let at = Vec3::new(random(i, 0), random(i, 1), random(i, 2)) * 10.0;
+            let axis = Vec3::new(random(i, 3), random(i, 4), random(i, 5)) - 0.5;
+            let size = Vec3::splat(0.2 * random(i, 6));
+            (i % 7 != 3).then_some(LightBounds {
+                lower: at.to_array(),
+                intensity: 0.1 + random(i, 7),
+                upper: (at + size).to_array(),
+                cos_spread: if i.is_multiple_of(2) { 1.0 } else { -1.0 },
+                axis: safe_normalize(axis, Vec3::Z).to_array(),
+                cos_end: 0.0,
+            })
+        };
+        (0..count).map(light).collect()
+    }
+
+    #[test]
+    fn every_light_is_in_one_leaf_and_groups_hold_their_parts() {
+        for count in [0, 1, 2, 3, 10, 1000] {
+            let lights = lights(count);
+            let tree = LightTree::build(&lights);
+            let shining = lights.iter().flatten().count();
+            assert_eq!(tree.nodes.len(), (2 * shining).saturating_sub(1));
+            assert_eq!(tree.nodes.iter().filter(|n| n.second == 0).count(), shining);
+            for (i, node) in tree.nodes.iter().enumerate() {
+                if node.second == 0 {
+                    assert_eq!(tree.leaves[node.light as usize] as usize, i);
+                    assert_eq!(Some(node.bounds), lights[node.light as usize]);
+                    continue;
+                }
+                let children = [i + 1, node.second as usize];
+                assert!(children.iter().all(|&c| c > i && tree.nodes[c].parent as usize == i));
+                let sum: f32 = children.iter().map(|&c| tree.nodes[c].bounds.intensity).sum();
+                assert!((sum / node.bounds.intensity - 1.0).abs() < 1e-5);
+                for c in children.map(|c| tree.nodes[c].bounds) {
+                    assert!((0..3).all(|k| c.lower[k] >= node.bounds.lower[k] && c.upper[k] <= node.bounds.upper[k]));
+                    assert!(c.cos_end >= node.bounds.cos_end);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lights_in_one_place_and_extreme_ones_are_built_too() {
+        let at = |p: [f32; 3], intensity| {
+            Some(LightBounds { lower: p, upper: p, intensity, cos_spread: -1.0, cos_end: 1.0, ..LightBounds::NOTHING })
+        };
+        let same = vec![at([1.0, 2.0, 3.0], 5.0); 5000];
+        let tree = LightTree::build(&same);
+        let chosen = tree.sample(Vec3::ZERO, Vec3::ZERO, 0.7).unwrap();
+        assert!((chosen.1 * 5000.0 - 1.0).abs() < 1e-3);
+        let depth = |mut at: usize| {
+            let mut depth = 0;
+            while at != 0 {
+                (at, depth) = (tree.nodes[at].parent as usize, depth + 1);
+            }
+            depth
+        };
+        assert!((0..tree.nodes.len()).map(depth).max().unwrap() <= 50);
+        let extreme = [at([1e30; 3], 1e30), at([-1e30; 3], 1e-30), at([0.0; 3], 1e-38), at([1e-38; 3], 1.0)];
+        let tree = LightTree::build(&extreme);
+        for i in 0..100 {
+            let (light, p) = tree.sample(Vec3::ZERO, Vec3::ZERO, random(i, 0)).unwrap();
+            assert!(light < 4 && p > 0.0 && p <= 1.0);
+        }
+    }
+
+    #[test]
+    fn probabilities_sum_to_one_and_are_those_of_the_choices() {
+        let lights = lights(200);
+        let tree = LightTree::build(&lights);
+        for i in 0..50 {
+            let from = Vec3::new(random(i, 20), random(i, 21), random(i, 22)) * 14.0 - 2.0;
+            let normal = safe_normalize(Vec3::new(random(i, 23), random(i, 24), random(i, 25)) - 0.5, Vec3::Y);
+            let sum: f64 = (0..200).map(|l| f64::from(tree.probability(l, from, normal))).sum();
+            // Less than 1 where a group seemed to bring light and none of its parts does.
+            assert!(sum < 1.0 + 1e-4, "{sum}");
+            let n = 20_000;
+            let mut counts = [0u32; 200];
+            for k in 0..n {
+                if let Some((light, p)) = tree.sample(from, normal, (k as f32 + 0.5) / n as f32) {
+                    counts[light as usize] += 1;
+                    let again = tree.probability(light, from, normal);
+                    assert!((p / again - 1.0).abs() < 1e-4, "{p} {again}");
+                }
+            }
+            for (light, &count) in counts.iter().enumerate() {
+                let expected = tree.probability(light as u32, from, normal) * n as f32;
+                assert!((count as f32 - expected).abs() <= 2.0 + 2e-3 * expected, "{count} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_many_equal_lights_is_chosen_most() {
+        let lights: Vec<_> = (0..1000u32)
+            .map(|i| {
+                let at = [(i % 32) as f32 * 10.0, 5.0, (i / 32) as f32 * 10.0];
+                Some(LightBounds { lower: at, upper: at, intensity: 1.0, cos_spread: -1.0, ..LightBounds::NOTHING })
+            })
+            .collect();
+        let tree = LightTree::build(&lights);
+        // The second moment of one choice's estimate over the squared sum: 1 for the best choice, 1000 for lights at random.
+        let mut moment = 0.0;
+        for i in 0..200 {
+            let from = Vec3::new(random(i, 0) * 320.0, 0.0, random(i, 1) * 320.0);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for (light, bounds) in (0..).zip(&lights) {
+                let to = Vec3::from_array(bounds.unwrap().lower) - from;
+                let irradiance = to.y / to.length().powi(3);
+                sum += irradiance;
+                squares += irradiance * irradiance / tree.probability(light, from, Vec3::Y);
+            }
+            moment += squares / (sum * sum) / 200.0;
+        }
+        assert!(moment < 1.6, "{moment}");
+    }
+}
