@@ -60,7 +60,8 @@ impl LightBounds {
         let front = front.filter(|_| node.flags & NodeFlags::DOUBLE_SIDED == 0);
         let bounds = Self {
             lower: (centre - extent).to_array(),
-            intensity: row.power * FRAC_1_PI,
+            // A flat lamp's intensity along its normal, else the mean over all directions.
+            intensity: row.power * if front.is_some() { FRAC_1_PI } else { 0.25 * FRAC_1_PI },
             upper: (centre + extent).to_array(),
             cos_spread: if front.is_some() { 1.0 } else { -1.0 },
             axis: front.unwrap_or(Vec3::Z).to_array(),
@@ -132,7 +133,7 @@ impl LightBounds {
         let at_most = self.intensity / (nearest * (distance + radius));
         if distance2 <= radius2 {
             // Inside the sphere about the box all directions are possible.
-            return at_most.max(f32::MIN_POSITIVE).min(MOST);
+            return bounded(at_most);
         }
         let direction = to_centre / distance;
         // The angle that the sphere covers
@@ -152,7 +153,7 @@ impl LightBounds {
         if cos_out < self.cos_end {
             return 0.0;
         }
-        (at_most * received * cos_out).max(f32::MIN_POSITIVE).min(MOST)
+        bounded(at_most * received * cos_out)
     }
 }
 
@@ -162,6 +163,13 @@ const GROUP_NEAREST: f32 = 0.06;
 
 /// Bound of importances, so that sums and ratios of them are numbers.
 const MOST: f32 = 1e30;
+
+/// Makes an importance of any number, and of what is none: coordinates may leave the range of `f32`.
+#[inline]
+fn bounded(value: f32) -> f32 {
+    let value = value.max(f32::MIN_POSITIVE);
+    if value > MOST { MOST } else { value }
+}
 
 /// The cosine of an angle less another one, at least 0 degrees.
 #[inline]
