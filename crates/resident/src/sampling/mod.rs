@@ -22,5 +22,5 @@ pub use hash::{hash_combine, hash_mix};
 pub use light_tree::LightTree;
 pub use lights::{LightKinds, PunctualDistribution};
 pub use pixel_filter::sample_pixel_filter;
-pub use rectangle::SphericalRectangle;
+pub use rectangle::{Rectangle, SphericalRectangle};
 pub use sampler::{DimensionSet, Sampler};

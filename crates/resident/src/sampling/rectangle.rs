@@ -16,6 +16,51 @@ pub const MIN_SOLID_ANGLE: f32 = 1e-3;
 /// How far from a right angle the sides may be, as the cosine between them.
 const MAX_SIDES_COSINE: f32 = 1e-5;
 
+/// How many radii away a rectangle is to be sampled by area as well: uniform points are nearly uniform directions there, and
+/// cheaper.
+const FAR: f32 = 8.0;
+
+/// A rectangle in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    corner: Vec3,
+    /// Unit vectors along the sides, and across both.
+    axes: [Vec3; 3],
+    size: [f32; 2],
+}
+
+impl Rectangle {
+    /// The rectangle with a corner and the sides from there; `None` where they are not at right angles or have no length.
+    pub fn new(corner: Vec3, sides: [Vec3; 2]) -> Option<Self> {
+        let [w, h] = sides.map(Vec3::length);
+        let [x, y] = [sides[0] / w, sides[1] / h];
+        // Not a number fails the comparison.
+        let is_right = x.dot(y).abs() <= MAX_SIDES_COSINE;
+        is_right.then(|| Self { corner, axes: [x, y, x.cross(y)], size: [w, h] })
+    }
+
+    /// How it is seen from a point. `None` where it is small: farther than [`FAR`] radii, or with a solid angle below
+    /// [`MIN_SOLID_ANGLE`] (the plane through the point included).
+    #[inline]
+    pub fn seen_from(&self, from: Vec3) -> Option<SphericalRectangle> {
+        let corner = self.corner - from;
+        let [x, y, z] = self.axes.map(|axis| corner.dot(axis));
+        let [w, h] = self.size;
+        let (cx, cy) = (x + 0.5 * w, y + 0.5 * h);
+        if cx * cx + cy * cy + z * z > (0.25 * FAR * FAR) * (w * w + h * h) {
+            return None;
+        }
+        let z = z.abs();
+        let scale = 1.0 / x.abs().max((x + w).abs()).max(y.abs()).max((y + h).abs()).max(z);
+        if !(scale > 0.0 && scale < f32::INFINITY) {
+            return None;
+        }
+        let (x, y, z) = ([x * scale, (x + w) * scale], [y * scale, (y + h) * scale], z * scale);
+        let solid_angle = rectangle_solid_angle(x, y, z, w * scale * h * scale);
+        (solid_angle >= MIN_SOLID_ANGLE).then_some(SphericalRectangle { x, y, z, solid_angle })
+    }
+}
+
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalRectangle {
@@ -30,27 +75,6 @@ pub struct SphericalRectangle {
 }
 
 impl SphericalRectangle {
-    /// The rectangle with one corner at `corner`, as seen from the origin, and the given sides from there.
-    ///
-    /// `None` where the sides are not at right angles, and where the solid angle is below [`MIN_SOLID_ANGLE`] (the plane
-    /// through the origin included).
-    #[inline]
-    pub fn new(corner: Vec3, sides: [Vec3; 2]) -> Option<Self> {
-        let [w, h] = sides.map(Vec3::length);
-        let axes = [sides[0] / w, sides[1] / h];
-        let is_right = axes[0].dot(axes[1]).abs() <= MAX_SIDES_COSINE;
-        let (x, y) = (corner.dot(axes[0]), corner.dot(axes[1]));
-        let z = corner.dot(axes[0].cross(axes[1])).abs();
-        let scale = 1.0 / x.abs().max((x + w).abs()).max(y.abs()).max((y + h).abs()).max(z);
-        // Not a number fails each of the comparisons.
-        if !(is_right && scale > 0.0 && scale < f32::INFINITY) {
-            return None;
-        }
-        let (x, y, z) = ([x * scale, (x + w) * scale], [y * scale, (y + h) * scale], z * scale);
-        let solid_angle = rectangle_solid_angle(x, y, z, w * scale * h * scale);
-        (solid_angle >= MIN_SOLID_ANGLE).then_some(Self { x, y, z, solid_angle })
-    }
-
     /// Its solid angle in steradians.
     #[inline]
     pub fn solid_angle(&self) -> f32 {
@@ -93,16 +117,17 @@ impl SphericalRectangle {
 
 /// The solid angle of a rectangle in the plane at distance `z`.
 #[inline]
-fn rectangle_solid_angle(x: [f32; 2], y: [f32; 2], z: f32, area: f32) -> f32 {
-    let corner = |i: usize, j: usize| Vec3::new(x[i], y[j], z);
-    let triangle = |a: Vec3, b: Vec3, c: Vec3| {
-        let (la, lb, lc) = (a.length(), b.length(), c.length());
-        // The volume that the three span is the triangle's doubled area times the distance.
-        atan2_turns(z * area, la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb)
-    };
-    let halves =
-        triangle(corner(0, 0), corner(1, 0), corner(1, 1)) + triangle(corner(0, 0), corner(1, 1), corner(0, 1));
-    2.0 * TAU * halves
+fn rectangle_solid_angle([x0, x1]: [f32; 2], [y0, y1]: [f32; 2], z: f32, area: f32) -> f32 {
+    let (xx0, xx1, yy0, yy1, zz) = (x0 * x0, x1 * x1, y0 * y0 + z * z, y1 * y1 + z * z, z * z);
+    let [l00, l10, l11, l01] = [xx0 + yy0, xx1 + yy0, xx1 + yy1, xx0 + yy1].map(f32::sqrt);
+    // Products of neighbouring corners, and of the two at the ends of the common side
+    let (bottom, right, top, left) = (x0 * x1 + yy0, y0 * y1 + xx1 + zz, x0 * x1 + yy1, y0 * y1 + xx0 + zz);
+    let across = x0 * x1 + y0 * y1 + zz;
+    // The volume that a triangle spans with the point is its doubled area times the distance.
+    let volume = z * area;
+    let first = atan2_turns(volume, l00 * l10 * l11 + bottom * l11 + right * l00 + across * l10);
+    let second = atan2_turns(volume, l00 * l11 * l01 + across * l01 + top * l00 + left * l11);
+    2.0 * TAU * (first + second)
 }
 
 #[cfg(test)]
@@ -134,7 +159,7 @@ mod tests {
     fn rectangle([x, y]: [[f32; 2]; 2], turn: Quat) -> SphericalRectangle {
         let corner = turn * Vec3::new(x[0], y[0], 1.0);
         let sides = [turn * Vec3::X * (x[1] - x[0]), turn * Vec3::Y * (y[1] - y[0])];
-        SphericalRectangle::new(corner, sides).expect("it is large enough")
+        Rectangle::new(corner, sides).and_then(|r| r.seen_from(Vec3::ZERO)).expect("it is large enough")
     }
 
     fn turn() -> Quat {
@@ -152,14 +177,15 @@ mod tests {
     }
 
     #[test]
-    fn small_skew_or_flat_rectangles_are_left_to_sampling_by_area() {
-        let seen = |corner: Vec3, sides| SphericalRectangle::new(corner, sides);
+    fn small_far_skew_or_flat_rectangles_are_left_to_sampling_by_area() {
+        let seen = |corner: Vec3, sides| Rectangle::new(corner, sides).and_then(|r| r.seen_from(Vec3::ZERO));
         let corner = Vec3::new(-0.5, -0.5, 1.0);
         assert!(seen(corner, [Vec3::X, Vec3::Y]).is_some());
         assert!(seen(corner * 1e12, [Vec3::X * 1e12, Vec3::Y * 1e12]).is_some());
         assert!(seen(corner * 1e-12, [Vec3::X * 1e-12, Vec3::Y * 1e-12]).is_some());
         assert_eq!(seen(corner, [Vec3::X, Vec3::new(0.001, 1.0, 0.0)]), None);
         assert_eq!(seen(corner, [Vec3::X * 0.01, Vec3::Y * 0.01]), None);
+        assert_eq!(seen(Vec3::new(2.0, 1.0, 6.0), [Vec3::X, Vec3::Y]), None);
         assert_eq!(seen(Vec3::new(1.0, 1.0, 0.0), [Vec3::X, Vec3::Y]), None);
         assert_eq!(seen(corner, [Vec3::ZERO, Vec3::Y]), None);
         assert_eq!(seen(Vec3::NAN, [Vec3::X, Vec3::Y]), None);

@@ -1,6 +1,5 @@
 //! Emissive triangles and quads.
 
-use super::quad::Quad;
 use super::{LightSample, LightTables};
 use crate::path::alpha::surface_presence;
 use crate::path::cone::RayCone;
@@ -28,7 +27,7 @@ pub fn emitter_pdf(
         return 0.0;
     }
     let chosen = lights.kinds.emitters * lights.emitters.probability(point.node.emitter, from, normal);
-    if let Some(rectangle) = Quad::new(scene, point.node, point.desc).and_then(|quad| quad.seen_from(from)) {
+    if let Some(rectangle) = lights.quad(point.node.emitter).and_then(|quad| quad.seen_from(from)) {
         return chosen / rectangle.solid_angle();
     }
     let distance2 = (point.position - from).length_squared();
@@ -51,12 +50,11 @@ pub fn sample_emitter(
     // Choose an emitter
     let (index, chosen) = lights.emitters.sample(from, normal, pick)?;
     let row = scene.emitters.get(index as usize)?;
-    let node = scene.render_nodes.get(row.render_node as usize)?;
 
     // Choose a point on it: a quad's as a whole, else a triangle by area first
-    let quad = Quad::new(scene, node, scene.mesh_descs.get(node.primitive as usize)?);
+    let quad = lights.quad(index);
     let rectangle = quad.and_then(|quad| quad.seen_from(from));
-    let (triangle, b) = match &quad {
+    let (triangle, b) = match quad {
         Some(quad) => quad.point(rectangle.map_or(u, |r| r.sample(u))),
         None => {
             let first = row.first_triangle as usize;

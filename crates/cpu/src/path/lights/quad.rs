@@ -6,40 +6,40 @@ use crate::scene::ResidentScene;
 use glam::{Vec2, Vec3};
 use orthant_resident::math::safe_normalize;
 use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
-use orthant_resident::sampling::SphericalRectangle;
+use orthant_resident::sampling::{Rectangle, SphericalRectangle};
 
 /// A parallelogram in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
-    /// One corner.
-    corner: Vec3,
-    /// Sides from there.
-    sides: [Vec3; 2],
+    /// Across both sides; of any length.
+    normal: Vec3,
+    /// `None` where the sides are not at right angles.
+    rectangle: Option<Rectangle>,
     /// See [`MeshDesc::parallelogram`].
     opposite: [usize; 2],
 }
 
 impl Quad {
     /// The instance's, if its primitive is one.
-    #[inline]
     pub fn new(scene: &ResidentScene, node: &RenderNodeRow, desc: &MeshDesc) -> Option<Self> {
         let opposite = desc.parallelogram()?;
         let rows = corner_rows(scene, desc, 0);
         let [p, next, last] = [0, 1, 2].map(|k| Vec3::from_array(scene.positions[rows[(opposite[0] + k) % 3]]));
         let sides = [next - p, last - p].map(|side| node.world.transform_vector(side));
-        Some(Self { corner: node.world.transform_point(p), sides, opposite })
+        let rectangle = Rectangle::new(node.world.transform_point(p), sides);
+        Some(Self { normal: sides[0].cross(sides[1]), rectangle, opposite })
     }
 
     /// Unit normal of the front face; zero for one without area.
     pub fn front(&self, node: &RenderNodeRow) -> Vec3 {
-        let normal = safe_normalize(self.sides[0].cross(self.sides[1]), Vec3::ZERO);
+        let normal = safe_normalize(self.normal, Vec3::ZERO);
         if node.flags & NodeFlags::MIRRORED != 0 { -normal } else { normal }
     }
 
     /// How it is seen from a point; `None` where it is to be sampled by area.
     #[inline]
     pub fn seen_from(&self, from: Vec3) -> Option<SphericalRectangle> {
-        SphericalRectangle::new(self.corner - from, self.sides)
+        self.rectangle?.seen_from(from)
     }
 
     /// Triangle, and weights of its second and third corner, of the point at `at` in 0..=1 along the sides.

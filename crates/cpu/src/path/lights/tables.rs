@@ -4,7 +4,6 @@ use glam::Vec3;
 use orthant_resident::Environment;
 use orthant_resident::environment::{EnvironmentMap, Sun};
 use orthant_resident::math::{safe_normalize, sin_cos_turns};
-use orthant_resident::rows::EmitterRow;
 use orthant_resident::sampling::light_tree::{LightBounds, LightTree};
 use orthant_resident::sampling::lights::{distant_power, scene_radius, sun_integral};
 use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
@@ -18,6 +17,8 @@ pub struct LightTables {
     pub kinds: LightKinds,
     /// The choice among emitters.
     pub emitters: LightTree,
+    /// The emitters that are quads, by row of the emitter buffer; none at all where no emitter is one.
+    pub quads: Vec<Option<Quad>>,
     /// Radius of the scene in metres: what distant lights shine on.
     pub radius: f32,
     /// The choice among punctual lights.
@@ -70,8 +71,30 @@ impl LightTables {
 
     /// Takes over the emitters. It visits all of them: to be called when they or instances have changed.
     pub fn update_emitters(&mut self, scene: &ResidentScene) {
-        let bounds: Vec<_> = scene.emitters.iter().map(|row| emitter_bounds(scene, row)).collect();
+        self.quads.clear();
+        let mut any = false;
+        let mut bounds = Vec::with_capacity(scene.emitters.len());
+        for row in &scene.emitters {
+            let node = scene.render_nodes.get(row.render_node as usize);
+            let geometry = node.and_then(|node| Some((node, scene.mesh_descs.get(node.primitive as usize)?)));
+            let quad = geometry.and_then(|(node, desc)| Quad::new(scene, node, desc));
+            any |= quad.is_some();
+            bounds.push(geometry.and_then(|(node, desc)| {
+                let front = quad.map(|quad| quad.front(node));
+                LightBounds::of_emitter(row, node, desc, front)
+            }));
+            self.quads.push(quad);
+        }
+        if !any {
+            self.quads.clear();
+        }
         self.emitters = LightTree::build(&bounds);
+    }
+
+    /// The quad that a row of the emitter buffer is.
+    #[inline]
+    pub fn quad(&self, emitter: u32) -> Option<&Quad> {
+        self.quads.get(emitter as usize)?.as_ref()
     }
 
     /// Weighs the emitters, the environment and the sun against each other.
@@ -81,11 +104,4 @@ impl LightTables {
         let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), self.radius));
         self.kinds = LightKinds::from_powers(emitters, map, sun);
     }
-}
-
-fn emitter_bounds(scene: &ResidentScene, row: &EmitterRow) -> Option<LightBounds> {
-    let node = scene.render_nodes.get(row.render_node as usize)?;
-    let desc = scene.mesh_descs.get(node.primitive as usize)?;
-    let front = Quad::new(scene, node, desc).map(|quad| quad.front(node));
-    LightBounds::of_emitter(row, node, desc, front)
 }
