@@ -100,7 +100,7 @@ impl Backend for CpuBackend {
         if instances_changed || emitters_changed {
             self.lights.update_emitters(&self.scene);
         }
-        self.lights.weigh_kinds(&self.scene);
+        self.lights.weigh_kinds();
         Ok(report)
     }
 
@@ -109,7 +109,7 @@ impl Backend for CpuBackend {
         frame_check::check_environment(&environment)?;
         self.end_job();
         self.lights.set_environment(&environment);
-        self.lights.weigh_kinds(&self.scene);
+        self.lights.weigh_kinds();
         Ok(())
     }
 

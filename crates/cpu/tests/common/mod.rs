@@ -237,8 +237,7 @@ impl SceneBuilder {
                     triangle_count: desc.triangle_count(),
                     area: desc.area,
                     power,
-                    cumulative_power: power + emitters.last().map_or(0.0, |e| e.cumulative_power),
-                    reserved: [0; 2],
+                    reserved: [0; 3],
                 });
             }
             render_nodes.push(RenderNodeRow {

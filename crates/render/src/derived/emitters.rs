@@ -4,7 +4,7 @@ use super::material_row;
 use super::materials::Materials;
 use super::primitives::PrimitiveTable;
 use glam::Vec3;
-use orthant_resident::rows::{EmitterRow, MaterialFlags, MeshDesc, NONE, NodeFlags, RenderNodeRow};
+use orthant_resident::rows::{EmitterRow, MaterialFlags, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
 
 /// Which RenderPrimitives need an area table: those that some primitive shows with an emissive material, under any
@@ -42,42 +42,53 @@ pub fn emissive_primitives(scene: &Scene, table: &PrimitiveTable) -> Vec<bool> {
 
 /// Makes the emitter rows and writes their indices into the render nodes.
 pub fn derive(render_nodes: &mut [RenderNodeRow], mesh_descs: &[MeshDesc], materials: &Materials) -> Vec<EmitterRow> {
-    let emits: Vec<bool> =
-        materials.rows.iter().map(|m| m.is_emissive() && m.flags & MaterialFlags::UNLIT == 0).collect();
+    let emits: Vec<bool> = materials.rows.iter().map(shines).collect();
     let mut rows: Vec<EmitterRow> = Vec::new();
     if !emits.contains(&true) {
         return rows;
     }
-    let mut total = 0.0f64;
     for (index, node) in render_nodes.iter_mut().enumerate() {
-        if node.flags & NodeFlags::VISIBLE == 0 || !emits[node.material as usize] {
+        if !emits[node.material as usize] {
             continue;
         }
+        let (material, mean) = (node.material as usize, materials.mean_emission[node.material as usize]);
         let desc = &mesh_descs[node.primitive as usize];
-        if desc.first_emitter_triangle == NONE || desc.area <= 0.0 {
-            continue;
+        if let Some(row) = emitter_row(index as u32, node, desc, &materials.rows[material], mean) {
+            node.emitter = rows.len() as u32;
+            rows.push(row);
         }
-        let material = &materials.rows[node.material as usize];
-        let radiance = Vec3::from_array(material.emissive) * materials.mean_emission[node.material as usize];
-        let luminance = radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722));
-        // The world area of a mesh under a linear map: exact for a similarity, and a fair weight for the rest.
-        let scale = node.world.determinant().abs().powf(2.0 / 3.0);
-        let faces = if node.flags & NodeFlags::DOUBLE_SIDED != 0 { 2.0 } else { 1.0 };
-        let power = luminance * desc.area * scale * faces * std::f32::consts::PI;
-        if !(power > 0.0 && power.is_finite()) {
-            continue;
-        }
-        total += f64::from(power);
-        node.emitter = rows.len() as u32;
-        rows.push(EmitterRow {
-            render_node: index as u32,
-            first_triangle: desc.first_emitter_triangle,
-            triangle_count: desc.triangle_count(),
-            area: desc.area,
-            power,
-            cumulative_power: total as f32,
-            reserved: [0; 2],
-        });
     }
     rows
+}
+
+/// Whether what has the material emits light that others receive.
+pub(super) fn shines(material: &MaterialRow) -> bool {
+    material.is_emissive() && material.flags & MaterialFlags::UNLIT == 0
+}
+
+/// The emitter row of a render node; `None` if it emits nothing. `mean` is the mean colour of its emissive texture.
+pub(super) fn emitter_row(
+    index: u32,
+    node: &RenderNodeRow,
+    desc: &MeshDesc,
+    material: &MaterialRow,
+    mean: Vec3,
+) -> Option<EmitterRow> {
+    let is_lit = node.flags & NodeFlags::VISIBLE != 0 && shines(material);
+    if !is_lit || desc.first_emitter_triangle == NONE || desc.area <= 0.0 {
+        return None;
+    }
+    let luminance = (Vec3::from_array(material.emissive) * mean).dot(Vec3::new(0.2126, 0.7152, 0.0722));
+    // The world area of a mesh under a linear map: exact for a similarity, and a fair weight for the rest.
+    let scale = node.world.determinant().abs().powf(2.0 / 3.0);
+    let faces = if node.flags & NodeFlags::DOUBLE_SIDED != 0 { 2.0 } else { 1.0 };
+    let power = luminance * desc.area * scale * faces * std::f32::consts::PI;
+    (power > 0.0 && power.is_finite()).then(|| EmitterRow {
+        render_node: index,
+        first_triangle: desc.first_emitter_triangle,
+        triangle_count: desc.triangle_count(),
+        area: desc.area,
+        power,
+        reserved: [0; 3],
+    })
 }

@@ -28,6 +28,8 @@ pub struct DerivedNode {
     pub first_render_node: u32,
     /// Its render nodes: instances times primitives.
     pub render_node_count: u32,
+    /// The row of its light, or [`NONE`].
+    pub light: u32,
     /// It and all its ancestors are visible.
     pub visible: bool,
     /// Its mesh is deformed by its pose.
@@ -36,10 +38,36 @@ pub struct DerivedNode {
     pub instanced: bool,
 }
 
+impl DerivedNode {
+    /// An entry without a node.
+    pub(super) const FREE: Self = Self {
+        world: DAffine3::IDENTITY,
+        node: NodeId::NULL,
+        parent: NONE,
+        mesh: NONE,
+        first_render_node: 0,
+        render_node_count: 0,
+        light: NONE,
+        visible: false,
+        deformed: false,
+        instanced: false,
+    };
+
+    /// A node about which nothing is known yet.
+    pub(super) fn new(node: NodeId) -> Self {
+        Self { node, ..Self::FREE }
+    }
+
+    /// Whether the entry holds a node.
+    pub fn is_used(&self) -> bool {
+        self.node != NodeId::NULL
+    }
+}
+
 /// The nodes that a scene shows.
 #[derive(Clone, Debug, Default)]
 pub struct Hierarchy {
-    /// Parents before children, level by level, siblings in order.
+    /// After a derivation parents come before children, level by level, siblings in order. Edits take free entries.
     pub nodes: Vec<DerivedNode>,
     /// Index in `nodes` by node slot; [`NONE`] for nodes that the scene does not show.
     index: Vec<u32>,
@@ -83,6 +111,7 @@ impl Hierarchy {
                     mesh: node.mesh.map_or(NONE, |m| Store::<_, ()>::slot(m) as u32),
                     first_render_node: 0,
                     render_node_count: 0,
+                    light: NONE,
                     visible: visible && node.visible.unwrap_or(true),
                     deformed: table.has_deformed() && table.deformed(id).is_some(),
                     instanced: node.instancing.is_some(),
@@ -111,8 +140,27 @@ impl Hierarchy {
 
     /// A node that the scene shows.
     pub fn get(&self, id: NodeId) -> Option<&DerivedNode> {
+        Some(&self.nodes[self.entry(id)? as usize])
+    }
+
+    /// The index in [`Hierarchy::nodes`] of a node that the scene shows.
+    pub fn entry(&self, id: NodeId) -> Option<u32> {
         let index = *self.index.get(Store::<_, ()>::slot(id))?;
-        self.nodes.get(index as usize).filter(|n| n.node == id)
+        self.nodes.get(index as usize).is_some_and(|n| n.node == id).then_some(index)
+    }
+
+    pub(super) fn set_entry(&mut self, id: NodeId, entry: u32) {
+        let slot = Store::<_, ()>::slot(id);
+        if slot >= self.index.len() {
+            self.index.resize((slot + 1).next_power_of_two(), NONE);
+        }
+        self.index[slot] = entry;
+    }
+
+    pub(super) fn clear_entry(&mut self, id: NodeId) {
+        if let Some(index) = self.index.get_mut(Store::<_, ()>::slot(id)) {
+            *index = NONE;
+        }
     }
 
     /// Bytes of the nodes and their index.

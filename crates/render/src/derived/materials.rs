@@ -1,6 +1,6 @@
 //! Material, texture and image rows.
 
-use super::document_indices;
+use super::material_row;
 use super::specular_glossiness::Conversions;
 use crate::textures::{ImageLimits, decode_images, mean_color};
 use crate::{DeriveError, DeriveWarning};
@@ -10,7 +10,7 @@ use orthant_resident::image::{ImageData, MipMode, Sampling, Wrap};
 use orthant_resident::rows::{AlphaMode as RowAlpha, MaterialFlags, MaterialRow, NONE, TextureSlot};
 use orthant_scene::Scene;
 use orthant_scene::model::{
-    AlphaMode, ImageId, MagFilter, Material, MinFilter, Sampler, Store, TextureId, TextureInfo, WrapMode,
+    AlphaMode, ImageId, MagFilter, Material, MaterialId, MinFilter, Sampler, Store, TextureId, TextureInfo, WrapMode,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -22,11 +22,16 @@ pub struct Materials {
     pub rows: Vec<MaterialRow>,
     /// Textures in the order of their first use.
     pub textures: Vec<TextureRow>,
+    /// What each texture row shows; `None` for one that was made of others.
+    pub textures_of: Vec<Option<TextureKey>>,
     /// Images in the order of their first use.
     pub images: Vec<ImageWrite>,
     /// Mean linear colour of the emissive texture, by row; white without one.
     pub mean_emission: Vec<Vec3>,
 }
+
+/// A texture, and whether its colours are sRGB-encoded.
+pub type TextureKey = (TextureId, bool);
 
 /// An image as one kind of texture reads it: the same file can be colour here and data there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,6 +48,26 @@ pub fn derive(
     limits: Option<ImageLimits>,
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Materials, DeriveError> {
+    let ids: Vec<MaterialId> = scene.materials().ids().collect();
+    let mut rows = vec![MaterialRow::DEFAULT; scene.materials().slot_bound() + 1];
+    let mut derived = derive_some(scene, &ids, limits, warnings)?;
+    for (id, row) in ids.iter().zip(std::mem::take(&mut derived.rows)) {
+        rows[material_row(Some(*id)) as usize] = row;
+    }
+    let mut mean_emission = vec![Vec3::ONE; rows.len()];
+    for (id, mean) in ids.iter().zip(std::mem::take(&mut derived.mean_emission)) {
+        mean_emission[material_row(Some(*id)) as usize] = mean;
+    }
+    Ok(Materials { rows, mean_emission, ..derived })
+}
+
+/// Derives some materials: one row and one mean for each, and the textures and images that they need, numbered from 0.
+pub(super) fn derive_some(
+    scene: &Scene,
+    ids: &[MaterialId],
+    limits: Option<ImageLimits>,
+    warnings: &mut Vec<DeriveWarning>,
+) -> Result<Materials, DeriveError> {
     let mut references = References {
         scene,
         images: Vec::new(),
@@ -50,18 +75,18 @@ pub fn derive(
         textures: Vec::new(),
         by_texture: HashMap::new(),
     };
-    let document_index = document_indices(scene.materials());
-    let mut rows = vec![MaterialRow::DEFAULT; scene.materials().slot_bound() + 1];
     let used = limits.is_some();
     let mut conversions = Conversions::default();
-    for (id, material) in scene.materials().iter() {
-        let slot = Store::<_, ()>::slot(id);
-        rows[slot + 1] = row(material, document_index[slot], |info, srgb| match info {
+    let mut rows = Vec::with_capacity(ids.len());
+    for (i, &id) in ids.iter().enumerate() {
+        let (slot, material) = (Store::<_, ()>::slot(id), &scene.materials()[id]);
+        let mut row = row(material, slot as u32, |info, srgb| match info {
             Some(info) if used => references.slot(info, srgb),
             _ => TextureSlot::NONE,
         });
         let place = || format!("/materials/{slot}");
-        conversions.add(material, slot + 1, place, &mut rows[slot + 1], used.then_some(&mut references));
+        conversions.add(material, i, place, &mut row, used.then_some(&mut references));
+        rows.push(row);
     }
     let mut decoded = match limits {
         Some(limits) => decode_images(scene, &references.images, limits, warnings)?,
@@ -72,13 +97,17 @@ pub fn derive(
         conversions.run(&mut rows, &mut references.textures, &mut decoded, limits, warnings)?;
     }
     let mean_emission = rows.iter().map(|row| mean_emission(row, &references.textures, &decoded)).collect();
+    let mut textures_of = vec![None; references.textures.len()];
+    for (key, row) in references.by_texture {
+        textures_of[row as usize] = Some(key);
+    }
     let images = decoded
         .into_iter()
         .enumerate()
         // One that is missing is written as such: the slots of those behind it are counted from the first.
         .map(|(slot, image)| ImageWrite { slot: slot as u32, image })
         .collect();
-    Ok(Materials { rows, textures: references.textures, images, mean_emission })
+    Ok(Materials { rows, textures: references.textures, textures_of, images, mean_emission })
 }
 
 /// Gives every (texture, encoding) a row and every (image, encoding) a slot, in the order of first use.
@@ -87,7 +116,7 @@ pub(super) struct References<'a> {
     images: Vec<ImageUse>,
     by_use: HashMap<ImageUse, u32>,
     textures: Vec<TextureRow>,
-    by_texture: HashMap<(TextureId, bool), u32>,
+    by_texture: HashMap<TextureKey, u32>,
 }
 
 impl References<'_> {
@@ -111,7 +140,7 @@ impl References<'_> {
 }
 
 /// KHR_texture_transform: translation * rotation * scale, rotation counter-clockwise with v pointing down.
-fn uv_transform(info: &TextureInfo) -> [[f32; 3]; 2] {
+pub(super) fn uv_transform(info: &TextureInfo) -> [[f32; 3]; 2] {
     let Some(t) = &info.transform else { return TextureSlot::NONE.transform };
     let (sin, cos) = t.rotation.sin_cos();
     let [sx, sy] = t.scale;
@@ -145,7 +174,11 @@ fn sampling(sampler: Option<&Sampler>) -> Sampling {
     }
 }
 
-fn row(m: &Material, id: u32, mut slot: impl FnMut(Option<&TextureInfo>, bool) -> TextureSlot) -> MaterialRow {
+pub(super) fn row(
+    m: &Material,
+    id: u32,
+    mut slot: impl FnMut(Option<&TextureInfo>, bool) -> TextureSlot,
+) -> MaterialRow {
     let alpha = match m.alpha_mode {
         AlphaMode::Opaque => RowAlpha::Opaque,
         AlphaMode::Mask => RowAlpha::Mask,

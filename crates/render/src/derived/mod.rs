@@ -14,6 +14,7 @@ pub mod materials;
 pub mod primitives;
 pub mod render_nodes;
 mod specular_glossiness;
+pub mod sync;
 
 use crate::budget::Budget;
 use crate::geometry::{GeometryPlan, GeometryStreams, RenderPrimitive};
@@ -23,7 +24,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use hierarchy::{DerivedNode, Hierarchy};
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
-use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
+use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
 use orthant_scene::model::{NodeId, SceneId, Store, VariantId};
 use std::time::{Duration, Instant};
@@ -40,11 +41,13 @@ pub struct DeriveOptions {
     /// Most bytes that rows, streams and images may take together. Documents are small and can ask for much: an instancing
     /// accessor without data declares a billion instances in a hundred bytes.
     pub max_bytes: u64,
+    /// Keep what following edits needs ([`DerivedScene::sync`]).
+    pub live: bool,
 }
 
 impl Default for DeriveOptions {
     fn default() -> Self {
-        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX }
+        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX, live: false }
     }
 }
 
@@ -88,6 +91,9 @@ pub struct DerivedScene {
     pub times: DeriveTimes,
     streams: GeometryStreams,
     images: Vec<ImageWrite>,
+    /// The scene that the caller asked for.
+    asked_scene: Option<SceneId>,
+    live: Option<Box<sync::Live>>,
 }
 
 impl DerivedScene {
@@ -96,7 +102,8 @@ impl DerivedScene {
         let start = Instant::now();
         let budget = Budget::new(options.max_bytes);
         let mut warnings = Vec::new();
-        let table = primitives::register(scene, options.variant, &mut warnings);
+        let variant = options.variant.or(scene.shown_variant());
+        let table = primitives::register(scene, variant, &mut warnings);
         let mut hierarchy = Hierarchy::build(scene, options.scene, &table)?;
 
         // Geometry and images side by side: a mesh whose tangents are made keeps one thread busy for long.
@@ -122,13 +129,14 @@ impl DerivedScene {
         let nodes =
             render_nodes::derive(scene, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin, &budget)?;
         let (mut rows, owners) = (nodes.rows, nodes.owners);
-        let lights = lights::derive(scene, &hierarchy, origin);
+        let lights = lights::derive(scene, &mut hierarchy, origin);
         let emitters = emitters::derive(&mut rows, &streams.mesh_descs, &materials);
         let times = DeriveTimes { geometry, images, rows: start.elapsed().saturating_sub(data) };
+        let kept = options.live.then(|| sync::Kept::of(&materials));
         let mut derived = Self {
             origin,
             hierarchy,
-            primitives: table.primitives,
+            primitives: table.primitives.clone(),
             mesh_descs: streams.mesh_descs.clone(),
             render_nodes: rows,
             owners,
@@ -140,8 +148,13 @@ impl DerivedScene {
             times,
             streams,
             images: materials.images,
+            asked_scene: options.scene,
+            live: None,
         };
         derived.streams.mesh_descs = Vec::new();
+        if let Some(kept) = kept {
+            derived.live = Some(Box::new(sync::Live::new(scene, options, &table, kept, &derived)));
+        }
         Ok(derived)
     }
 
@@ -190,7 +203,8 @@ impl DerivedScene {
 
     /// The node that a render node shows.
     pub fn node_of(&self, render_node: u32) -> Option<NodeId> {
-        Some(self.hierarchy.nodes[*self.owners.get(render_node as usize)? as usize].node)
+        let entry = *self.owners.get(render_node as usize)?;
+        self.hierarchy.nodes.get(entry as usize).map(|node| node.node)
     }
 
     /// World from node, in the document's world (the origin is not subtracted).
@@ -218,22 +232,15 @@ impl DerivedScene {
 
     /// Whether the scene lights itself: a punctual light, or a visible surface that emits.
     pub fn has_lights(&self) -> bool {
-        !self.lights.is_empty() || !self.emitters.is_empty()
+        use orthant_resident::rows::LightKind;
+        self.lights.iter().any(|row| row.kind != LightKind::None as u32)
+            || self.emitters.iter().any(|row| row.power > 0.0)
     }
 }
 
 /// The row of a material: its slot + 1, or 0 for the default one.
 pub(crate) fn material_row(id: Option<orthant_scene::model::MaterialId>) -> u32 {
     id.map_or(0, |id| Store::<_, ()>::slot(id) as u32 + 1)
-}
-
-/// The index of each object in the document by its slot: what AOVs show.
-pub(crate) fn document_indices<K: slotmap::Key, V>(store: &Store<K, V>) -> Vec<u32> {
-    let mut indices = vec![NONE; store.slot_bound()];
-    for (index, id) in store.ids().enumerate() {
-        indices[Store::<_, ()>::slot(id)] = index as u32;
-    }
-    indices
 }
 
 /// Keeps the parts' sizes in view: the hierarchy is walked for every derivation.

@@ -51,6 +51,11 @@ impl PrimitiveTable {
         self.deformed.get(&node).map(Vec::as_slice)
     }
 
+    /// The nodes that deform their meshes, with their RenderPrimitives.
+    pub(super) fn deformed_nodes(&self) -> impl Iterator<Item = (NodeId, &[u32])> {
+        self.deformed.iter().map(|(&node, slots)| (node, slots.as_slice()))
+    }
+
     /// Whether any node deforms its mesh.
     pub fn has_deformed(&self) -> bool {
         !self.deformed.is_empty()
@@ -73,7 +78,7 @@ pub fn is_deformed(node: &Node, scene: &Scene) -> bool {
 }
 
 /// Whether a primitive makes triangles.
-fn has_triangles(scene: &Scene, primitive: &Primitive) -> bool {
+pub fn has_triangles(scene: &Scene, primitive: &Primitive) -> bool {
     let Some(position) = primitive.attributes.get("POSITION") else { return false };
     let count = scene.accessors()[primitive.indices.unwrap_or(position)].count;
     triangle_index_count(primitive.mode, count) > 0
@@ -177,19 +182,18 @@ pub fn material_of(primitive: &Primitive, variant: Option<VariantId>) -> Option<
     mapped.map(|m| m.material).or(primitive.material)
 }
 
-/// Tangents are made for every material that the primitive can have, so that choosing a variant changes no geometry.
 fn want_tangents(render_primitive: &mut RenderPrimitive, scene: &Scene, primitive: &Primitive) {
-    if render_primitive.tangents_from_uv.is_some() {
-        return;
-    }
-    let materials = primitive.material.into_iter().chain(primitive.variants.iter().map(|m| m.material));
-    for material in materials {
-        if let Some(info) = &scene.materials()[material].normal_texture {
-            let uv_set = info.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
-            render_primitive.tangents_from_uv = Some(uv_set);
-            return;
-        }
-    }
+    render_primitive.tangents_from_uv = render_primitive.tangents_from_uv.or_else(|| tangents_wanted(scene, primitive));
+}
+
+/// The UV set that tangents are for, if a material has a normal map: of every material that the primitive can have, so that
+/// choosing a variant changes no geometry.
+pub fn tangents_wanted(scene: &Scene, primitive: &Primitive) -> Option<u32> {
+    let mut materials = primitive.material.into_iter().chain(primitive.variants.iter().map(|m| m.material));
+    materials.find_map(|material| {
+        let info = scene.materials()[material].normal_texture.as_ref()?;
+        Some(info.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord))
+    })
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,5 @@
 //! Render nodes: one row per instance, with `world * instance` in `f64`, rounded relative to the scene's origin.
 
-use super::document_indices;
 use super::hierarchy::{DerivedNode, Hierarchy, is_invertible};
 use super::primitives::{PrimitiveTable, PrimitiveUse};
 use crate::DeriveError;
@@ -9,7 +8,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use orthant_resident::rows::{AlphaMode, Mat3x4, MaterialFlags, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
 use orthant_scene::accessor;
-use orthant_scene::model::{AccessorId, Instancing, Store};
+use orthant_scene::model::{AccessorId, Instancing, NodeId, Store};
 use rayon::prelude::*;
 
 /// The derived rows.
@@ -30,7 +29,6 @@ struct Source<'a> {
     table: &'a PrimitiveTable,
     /// [`NodeFlags`] by material row.
     material_flags: Vec<u32>,
-    document_index: Vec<u32>,
     mesh_descs: &'a [MeshDesc],
     origin: DVec3,
 }
@@ -67,14 +65,8 @@ pub fn derive(
     }
     let bytes = total as u64 * (size_of::<RenderNodeRow>() + size_of::<u32>()) as u64;
     budget.charge(bytes).map_err(|over| DeriveError::over_budget("/nodes", "the render nodes", over))?;
-    let source = Source {
-        scene,
-        table,
-        material_flags: materials.iter().map(node_flags).collect(),
-        document_index: document_indices(scene.nodes()),
-        mesh_descs,
-        origin,
-    };
+    let source =
+        Source { scene, table, material_flags: materials.iter().map(node_flags).collect(), mesh_descs, origin };
     let mut rows: Vec<RenderNodeRow> = bytemuck::zeroed_vec(total);
     let mut owners = vec![0u32; total];
     let frame = |node: &DerivedNode| if node.deformed { hierarchy.frame(scene, node.node) } else { node.world };
@@ -153,31 +145,47 @@ impl Source<'_> {
         world: &DAffine3,
         rows: &mut [RenderNodeRow],
     ) {
-        let relative = DAffine3 { translation: world.translation - self.origin, ..*world };
+        let template = InstanceTemplate::new(world, self.origin, node.node, node.visible);
+        for (i, (row, use_)) in rows.iter_mut().zip(uses).enumerate() {
+            let primitive = deformed.map_or(use_.render_primitive, |d| d[i]);
+            let has_triangles = self.mesh_descs[primitive as usize].index_count > 0;
+            *row = template.row(primitive, use_.material, self.material_flags[use_.material as usize], has_triangles);
+        }
+    }
+}
+
+/// What the render nodes of an instance have in common.
+pub(super) struct InstanceTemplate {
+    row: RenderNodeRow,
+    /// It is visible, and its matrix can be inverted.
+    drawn: bool,
+}
+
+impl InstanceTemplate {
+    /// `world` is that of the instance in the document's world.
+    pub fn new(world: &DAffine3, origin: DVec3, node: NodeId, visible: bool) -> Self {
+        let relative = DAffine3 { translation: world.translation - origin, ..*world };
         let invertible = is_invertible(&relative);
         let inverse = if invertible { relative.inverse() } else { DAffine3::IDENTITY };
         let mirrored = relative.matrix3.determinant() < 0.0;
-        let shared = NodeFlags::OCCUPIED | if mirrored { NodeFlags::MIRRORED } else { 0 };
-        let template = RenderNodeRow {
+        let row = RenderNodeRow {
             world: Mat3x4::from_affine(&relative),
             inverse: Mat3x4::from_affine(&inverse),
             primitive: NONE,
             material: 0,
-            node: self.document_index[Store::<_, ()>::slot(node.node)],
-            flags: 0,
+            node: Store::<_, ()>::slot(node) as u32,
+            flags: NodeFlags::OCCUPIED | if mirrored { NodeFlags::MIRRORED } else { 0 },
             emitter: NONE,
             reserved: [0; 3],
         };
-        for (i, (row, use_)) in rows.iter_mut().zip(uses).enumerate() {
-            let primitive = deformed.map_or(use_.render_primitive, |d| d[i]);
-            // A matrix that flattens its object leaves nothing that has an inside, an outside or an inverse.
-            let drawn = node.visible && invertible && self.mesh_descs[primitive as usize].index_count > 0;
-            *row = template;
-            row.primitive = primitive;
-            row.material = use_.material;
-            row.flags =
-                shared | self.material_flags[use_.material as usize] | if drawn { NodeFlags::VISIBLE } else { 0 };
-        }
+        // A matrix that flattens its object leaves nothing that has an inside, an outside or an inverse.
+        Self { row, drawn: visible && invertible }
+    }
+
+    /// The row of one primitive. `flags` are those of its material.
+    pub fn row(&self, primitive: u32, material: u32, flags: u32, has_triangles: bool) -> RenderNodeRow {
+        let visible = if self.drawn && has_triangles { NodeFlags::VISIBLE } else { 0 };
+        RenderNodeRow { primitive, material, flags: self.row.flags | flags | visible, ..self.row }
     }
 }
 
@@ -188,7 +196,7 @@ pub fn node_flags(material: &MaterialRow) -> u32 {
     opaque | double_sided
 }
 
-fn instance_count(scene: &Scene, node: &DerivedNode) -> usize {
+pub(super) fn instance_count(scene: &Scene, node: &DerivedNode) -> usize {
     let Some(instancing) = &scene.nodes()[node.node].instancing else { return 1 };
     let custom = instancing.custom.iter().map(|&(_, a)| a);
     [instancing.translation, instancing.rotation, instancing.scale]
@@ -200,14 +208,14 @@ fn instance_count(scene: &Scene, node: &DerivedNode) -> usize {
 }
 
 /// Decoded attributes of EXT_mesh_gpu_instancing.
-struct Instances {
+pub(super) struct Instances {
     translation: Vec<[f32; 3]>,
     rotation: Vec<[f32; 4]>,
     scale: Vec<[f32; 3]>,
 }
 
 impl Instances {
-    fn read(scene: &Scene, instancing: &Instancing, node: &DerivedNode) -> Result<Self, DeriveError> {
+    pub fn read(scene: &Scene, instancing: &Instancing, node: &DerivedNode) -> Result<Self, DeriveError> {
         let count = instance_count(scene, node);
         Ok(Self {
             translation: Self::attribute(scene, instancing.translation, count, node, "TRANSLATION")?,
@@ -237,7 +245,7 @@ impl Instances {
     }
 
     /// Node from instance.
-    fn get(&self, i: usize) -> DAffine3 {
+    pub fn get(&self, i: usize) -> DAffine3 {
         let vec3 = |a: &[[f32; 3]], default: DVec3| a.get(i).map_or(default, |v| DVec3::from_array(v.map(f64::from)));
         let rotation = self.rotation.get(i).map_or(DQuat::IDENTITY, |q| {
             let q = DQuat::from_array(q.map(f64::from));

@@ -13,7 +13,7 @@ mod topology;
 
 pub use decode::{GeometryPlan, GeometryStreams};
 pub use deform::{Deformation, SkinPose};
-pub use store::GeometryStore;
+pub use store::{GeometryStore, Piece};
 pub use topology::triangle_index_count;
 
 use orthant_scene::model::{MeshId, NodeId};
@@ -29,4 +29,9 @@ pub struct RenderPrimitive {
     pub deformed_by: Option<NodeId>,
     /// Which UV set MikkTSpace runs on, where a material in use has a normal map and the file gives no tangents.
     pub tangents_from_uv: Option<u32>,
+}
+
+impl RenderPrimitive {
+    /// A slot without geometry.
+    pub(crate) const FREE: Self = Self { mesh: MeshId::NULL, primitive: 0, deformed_by: None, tangents_from_uv: None };
 }

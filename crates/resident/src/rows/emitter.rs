@@ -21,10 +21,20 @@ pub struct EmitterRow {
     /// About the power that it emits (luminance x world area x pi x faces): its weight in the choice among emitters and kinds
     /// of light.
     pub power: f32,
-    /// `power` summed over this and all earlier rows; the last row's is the total.
-    pub cumulative_power: f32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: [u32; 3],
+}
+
+impl EmitterRow {
+    /// A row that holds no emitter.
+    pub const HOLE: Self = Self {
+        render_node: super::NONE,
+        first_triangle: super::NONE,
+        triangle_count: 0,
+        area: 0.0,
+        power: 0.0,
+        reserved: [0; 3],
+    };
 }
 
 /// One triangle of an emissive RenderPrimitive; the order is that of the index stream. 4 bytes.

@@ -37,3 +37,18 @@ pub struct LightRow {
     /// Zero.
     pub reserved: [u32; 2],
 }
+
+impl LightRow {
+    /// A row that holds no light.
+    pub const HOLE: Self = Self {
+        position: [0.0; 3],
+        kind: LightKind::None as u32,
+        direction: [0.0, 0.0, -1.0],
+        range: 0.0,
+        color: [0.0; 3],
+        angle_scale: 0.0,
+        angle_offset: 0.0,
+        node: super::NONE,
+        reserved: [0; 2],
+    };
+}

@@ -29,6 +29,12 @@ impl Mat3x4 {
         }
     }
 
+    /// In `f64`.
+    pub fn to_affine(&self) -> DAffine3 {
+        let [x, y, z] = self.rows.map(|row| row.map(f64::from));
+        DAffine3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]], [x[3], y[3], z[3]]])
+    }
+
     /// Maps a point.
     #[inline]
     pub fn transform_point(&self, p: Vec3) -> Vec3 {

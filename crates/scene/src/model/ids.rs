@@ -121,7 +121,12 @@ macro_rules! ids {
             }
         }
 
-        $(impl Id for $id {
+        $(impl $id {
+            /// The id of no object: stale in every scene.
+            pub const NULL: Self = Self(slotmap::KeyData::from_ffi((1 << 32) | u32::MAX as u64));
+        }
+
+        impl Id for $id {
             const KIND: Kind = Kind::$kind;
 
             fn from_any(id: AnyId) -> Option<Self> {

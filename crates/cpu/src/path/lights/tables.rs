@@ -17,6 +17,8 @@ pub struct LightTables {
     pub kinds: LightKinds,
     /// The choice among emitters.
     pub emitters: LightTree,
+    /// What they emit together.
+    emitter_power: f32,
     /// The emitters that are quads, by row of the emitter buffer; none at all where no emitter is one.
     pub quads: Vec<Option<Quad>>,
     /// Radius of the scene in metres: what distant lights shine on.
@@ -88,6 +90,7 @@ impl LightTables {
         if !any {
             self.quads.clear();
         }
+        self.emitter_power = scene.emitters.iter().map(|row| f64::from(row.power)).sum::<f64>() as f32;
         self.emitters = LightTree::build(&bounds);
     }
 
@@ -98,10 +101,9 @@ impl LightTables {
     }
 
     /// Weighs the emitters, the environment and the sun against each other.
-    pub fn weigh_kinds(&mut self, scene: &ResidentScene) {
-        let emitters = scene.emitters.last().map_or(0.0, |row| row.cumulative_power);
+    pub fn weigh_kinds(&mut self) {
         let map = self.distribution.as_ref().map_or(0.0, |d| distant_power(d.integral * self.intensity, self.radius));
         let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), self.radius));
-        self.kinds = LightKinds::from_powers(emitters, map, sun);
+        self.kinds = LightKinds::from_powers(self.emitter_power, map, sun);
     }
 }

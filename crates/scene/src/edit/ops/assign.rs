@@ -1,6 +1,7 @@
 //! What a node shows, what a primitive is made of, and names.
 
 use super::copy_name;
+use crate::accessor;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{NodeField, Object, Step};
@@ -12,13 +13,31 @@ fn is_skinnable(mesh: &Mesh) -> bool {
     !mesh.primitives.is_empty() && mesh.primitives.iter().all(|p| has(p, "JOINTS_0") && has(p, "WEIGHTS_0"))
 }
 
+/// Whether a skin has all the joints that the vertices of a mesh name. O(vertices).
+fn has_joints(p: &mut Plan<'_>, skin: SkinId, mesh: MeshId) -> Result<bool> {
+    let count = p.skin(skin)?.joints.len();
+    for primitive in &p.mesh(mesh)?.primitives {
+        for set in 0.. {
+            let Some(id) = primitive.attributes.get(&format!("JOINTS_{set}")) else { break };
+            let joints = accessor::read_joints(p.scene, id).map_err(|e| EditError::missing(id, e.to_string()))?;
+            if joints.iter().flatten().any(|&joint| usize::from(joint) >= count) {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
 pub fn set_mesh(p: &mut Plan<'_>, node: NodeId, mesh: Option<MeshId>) -> Result<()> {
-    let (has_skin, weights) = p.node(node).map(|n| (n.skin.is_some(), n.weights.as_ref().map(Vec::len)))?;
+    let (skin, weights) = p.node(node).map(|n| (n.skin, n.weights.as_ref().map(Vec::len)))?;
     let shape = mesh.map(|mesh| p.mesh(mesh)).transpose()?;
-    let fits_skin = shape.is_some_and(is_skinnable);
+    let is_skinnable = shape.is_some_and(is_skinnable);
     let targets = shape.and_then(|mesh| mesh.primitives.first()).map_or(0, |primitive| primitive.targets.len());
-    if has_skin && !fits_skin {
-        p.set(node, NodeField::Skin(None));
+    if let Some(skin) = skin {
+        let fits = is_skinnable && mesh.map_or(Ok(false), |mesh| has_joints(p, skin, mesh))?;
+        if !fits {
+            p.set(node, NodeField::Skin(None));
+        }
     }
     if weights.is_some_and(|count| count != targets) {
         p.set(node, NodeField::Weights(None));
@@ -43,6 +62,9 @@ pub fn set_skin(p: &mut Plan<'_>, node: NodeId, skin: Option<SkinId>) -> Result<
         };
         if !is_skinnable(p.mesh(mesh)?) {
             return Err(EditError::missing(mesh, "it has a primitive without JOINTS_0 and WEIGHTS_0; no skin fits it"));
+        }
+        if !has_joints(p, skin, mesh)? {
+            return Err(EditError::missing(skin, "it has fewer joints than the vertices of the mesh name"));
         }
     }
     p.set(node, NodeField::Skin(skin));

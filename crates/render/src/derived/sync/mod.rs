@@ -1,0 +1,318 @@
+//! Following edits: from what was touched to the writes that bring a backend up to date.
+//!
+//! [`DerivedScene::sync`] reaches the state that a full derivation of the edited document would have, but for the
+//! numbering of slots, at a cost of the order of what was touched. A change set says where to look, not what is there: each
+//! part compares what it has with what the document says now, and marks the rows that differ.
+//!
+//! The order of the parts: meshes and materials, whose users are then touched too ([`resources`]); world matrices and
+//! visibility, top down ([`nodes`]); geometry that is new, or that a pose deforms anew ([`geometry`]); the rows of render
+//! nodes, lights and emitters ([`rows`]); the batch.
+
+mod dirty;
+mod geometry;
+mod nodes;
+pub mod oracle;
+mod registry;
+mod resources;
+mod rows;
+mod textures;
+mod tlas;
+
+pub use tlas::{TlasPolicy, TlasState};
+
+use super::materials::Materials;
+use super::primitives::PrimitiveTable;
+use super::{DeriveOptions, DerivedScene};
+use crate::DeriveError;
+use crate::geometry::{GeometryStore, SkinPose};
+use dirty::DirtyRows;
+use glam::Vec3;
+use orthant_resident::SceneBatch;
+use orthant_resident::batch::{ImageWrite, TlasAction};
+use orthant_resident::spans::SpanAllocator;
+use orthant_scene::Scene;
+use orthant_scene::edit::ChangeSet;
+use orthant_scene::model::{NodeId, SceneId, VariantId};
+use registry::Registry;
+use std::collections::{BTreeSet, HashMap, HashSet};
+use textures::TextureTable;
+
+/// What a sync found and wrote.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SyncReport {
+    /// Render-node rows that changed.
+    pub render_nodes: u32,
+    /// Whether the render-node buffer is written whole.
+    pub whole: bool,
+    /// Material rows that changed.
+    pub materials: u32,
+    /// Light rows that changed.
+    pub lights: u32,
+    /// Emitter rows that changed.
+    pub emitters: u32,
+    /// Whether geometry came, went or changed.
+    pub primitives_changed: bool,
+    /// Render-node rows that are written, those between changed ones included.
+    pub instances_written: u32,
+    /// What the TLAS needs.
+    pub tlas: TlasAction,
+    /// BLAS that are built.
+    pub blas_built: u32,
+    /// Bytes that cross to the backend, images apart.
+    pub upload_bytes: u64,
+    /// Nodes that were looked at.
+    pub visited: u64,
+}
+
+/// What following edits needs besides the rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Live {
+    shown: Option<SceneId>,
+    /// The variant that the caller of the derivation asked for; the document's own choice counts where it did not.
+    asked_variant: Option<VariantId>,
+    variant: Option<VariantId>,
+    images: bool,
+    registry: Registry,
+    textures: TextureTable,
+    /// By material row.
+    mean_emission: Vec<Vec3>,
+    store: GeometryStore,
+    node_spans: SpanAllocator,
+    /// Entries of the hierarchy that hold no node.
+    free_entries: Vec<u32>,
+    /// By entry of the hierarchy: the sync in which it was brought up to date last.
+    stamps: Vec<u32>,
+    stamp: u32,
+    /// The pose of each node that deforms its mesh, as it is resident.
+    poses: HashMap<NodeId, SkinPose>,
+    free_lights: Vec<u32>,
+    free_emitters: Vec<u32>,
+    tlas: TlasState,
+    dirty: Dirty,
+    /// Rows that the backend has.
+    resident: Resident,
+    revision: u64,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Dirty {
+    render_nodes: DirtyRows,
+    materials: DirtyRows,
+    lights: DirtyRows,
+    emitters: DirtyRows,
+    mesh_descs: DirtyRows,
+    textures: DirtyRows,
+    blas_builds: BTreeSet<u32>,
+    blas_frees: BTreeSet<u32>,
+    images: Vec<ImageWrite>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Resident {
+    render_nodes: u32,
+    materials: u32,
+    lights: u32,
+    emitters: u32,
+    mesh_descs: u32,
+    textures: u32,
+}
+
+/// What one sync still has to do.
+#[derive(Default)]
+struct Work {
+    /// Nodes whose place, transform, visibility or content may have changed.
+    nodes: HashSet<NodeId>,
+    /// Those of them that hang elsewhere now.
+    placed: HashSet<NodeId>,
+    /// Nodes whose rows are to be made anew, in the order in which they were reached.
+    refill: Vec<NodeId>,
+    queued: HashSet<NodeId>,
+    /// Nodes whose geometry is deformed by what has moved.
+    poses: BTreeSet<NodeId>,
+    /// Render nodes whose emission may have changed.
+    emission: Vec<u32>,
+    visited: u64,
+}
+
+/// What is kept of the derivation's materials.
+pub(super) struct Kept {
+    textures: TextureTable,
+    mean_emission: Vec<Vec3>,
+}
+
+impl Kept {
+    pub fn of(materials: &Materials) -> Self {
+        Self { textures: TextureTable::new(materials), mean_emission: materials.mean_emission.clone() }
+    }
+}
+
+impl Work {
+    fn refill(&mut self, node: NodeId) {
+        if self.queued.insert(node) {
+            self.refill.push(node);
+        }
+    }
+}
+
+impl Live {
+    /// What a full derivation has made.
+    pub(super) fn new(
+        scene: &Scene,
+        options: &DeriveOptions,
+        table: &PrimitiveTable,
+        kept: Kept,
+        derived: &DerivedScene,
+    ) -> Self {
+        let count = |rows: usize| rows as u32;
+        Self {
+            shown: nodes::shown_scene(scene, options.scene),
+            asked_variant: options.variant,
+            variant: options.variant.or(scene.shown_variant()),
+            images: options.images,
+            registry: Registry::new(scene, table),
+            textures: kept.textures,
+            mean_emission: kept.mean_emission,
+            store: GeometryStore::of(&derived.mesh_descs),
+            node_spans: SpanAllocator::packed(count(derived.render_nodes.len())),
+            free_entries: Vec::new(),
+            stamps: vec![0; derived.hierarchy.nodes.len()],
+            stamp: 0,
+            poses: table
+                .deformed_nodes()
+                .filter(|(node, _)| derived.hierarchy.get(*node).is_some())
+                .map(|(node, _)| (node, derived.hierarchy.pose(scene, node)))
+                .collect(),
+            free_lights: Vec::new(),
+            free_emitters: Vec::new(),
+            tlas: TlasState::built(TlasPolicy::default(), &derived.render_nodes, &derived.mesh_descs),
+            dirty: Dirty::default(),
+            resident: Resident {
+                render_nodes: count(derived.render_nodes.len()),
+                materials: count(derived.materials.len()),
+                lights: count(derived.lights.len()),
+                emitters: count(derived.emitters.len()),
+                mesh_descs: count(derived.mesh_descs.len()),
+                textures: count(derived.textures.len()),
+            },
+            revision: 1,
+        }
+    }
+}
+
+impl DerivedScene {
+    /// Follows edits. `changes` is what they touched since the derivation or the last sync. The batch brings a backend from
+    /// the revision of the last batch to the next.
+    ///
+    /// # Errors
+    /// If the scene was derived without [`DeriveOptions::live`], or geometry that is new cannot be decoded. The rows may be
+    /// those of neither state then: derive anew.
+    pub fn sync(&mut self, scene: &Scene, changes: &ChangeSet) -> Result<(SceneBatch, SyncReport), DeriveError> {
+        let Some(mut live) = self.live.take() else {
+            let what = "the scene was derived to be shown once, and cannot follow edits";
+            return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
+        };
+        let result = Sync { derived: self, live: &mut live, scene, work: Work::default() }.run(changes);
+        if result.is_ok() {
+            self.live = Some(live);
+        }
+        result
+    }
+
+    /// The revision of the last batch: 1 after the derivation.
+    pub fn revision(&self) -> u64 {
+        self.live.as_ref().map_or(1, |live| live.revision)
+    }
+
+    /// How much updates may degrade the TLAS.
+    pub fn set_tlas_policy(&mut self, policy: TlasPolicy) {
+        if let Some(live) = &mut self.live {
+            live.tlas.policy = policy;
+        }
+    }
+
+    /// Rows of the render-node buffer that hold no instance.
+    pub fn free_render_nodes(&self) -> u32 {
+        self.live.as_ref().map_or(0, |live| self.render_nodes.len() as u32 - live.node_spans.used())
+    }
+}
+
+/// One sync.
+struct Sync<'s> {
+    derived: &'s mut DerivedScene,
+    live: &'s mut Live,
+    scene: &'s Scene,
+    work: Work,
+}
+
+impl Sync<'_> {
+    fn run(mut self, changes: &ChangeSet) -> Result<(SceneBatch, SyncReport), DeriveError> {
+        self.live.stamp += 1;
+        self.resources(changes)?;
+        self.nodes(changes);
+        self.geometry()?;
+        self.rows()?;
+        self.emission()?;
+        Ok(self.batch())
+    }
+
+    fn batch(mut self) -> (SceneBatch, SyncReport) {
+        let Self { derived, live, work, .. } = &mut self;
+        let dirty = &mut live.dirty;
+        let mut report = SyncReport {
+            render_nodes: dirty.render_nodes.len() as u32,
+            materials: dirty.materials.len() as u32,
+            lights: dirty.lights.len() as u32,
+            emitters: dirty.emitters.len() as u32,
+            visited: work.visited,
+            ..SyncReport::default()
+        };
+        let geometry = live.store.take_writes();
+        let blas_builds: Vec<u32> = std::mem::take(&mut dirty.blas_builds).into_iter().collect();
+        let mut blas_frees = std::mem::take(&mut dirty.blas_frees);
+        blas_frees.retain(|slot| blas_builds.binary_search(slot).is_err());
+        report.primitives_changed = !dirty.mesh_descs.is_empty() || !blas_builds.is_empty() || !blas_frees.is_empty();
+        let resident = live.resident;
+        let tlas = live.tlas.take(&derived.render_nodes, &derived.mesh_descs);
+        let batch = SceneBatch {
+            expected_revision: live.revision,
+            new_revision: live.revision + 1,
+            positions: geometry.positions,
+            vertices: geometry.vertices,
+            indices: geometry.indices,
+            tangents: geometry.tangents,
+            mesh_descs: dirty.mesh_descs.writes(&derived.mesh_descs, resident.mesh_descs),
+            blas_builds,
+            blas_frees: blas_frees.into_iter().collect(),
+            images: std::mem::take(&mut dirty.images),
+            textures: dirty.textures.writes(&derived.textures, resident.textures),
+            materials: dirty.materials.writes(&derived.materials, resident.materials),
+            lights: dirty.lights.writes(&derived.lights, resident.lights),
+            emitter_triangles: geometry.emitter_triangles,
+            emitters: dirty.emitters.writes(&derived.emitters, resident.emitters),
+            render_nodes: dirty.render_nodes.writes(&derived.render_nodes, resident.render_nodes),
+            tlas,
+        };
+        live.revision += 1;
+        let count = |rows: usize| rows as u32;
+        live.resident = Resident {
+            render_nodes: count(derived.render_nodes.len()),
+            materials: count(derived.materials.len()),
+            lights: count(derived.lights.len()),
+            emitters: count(derived.emitters.len()),
+            mesh_descs: count(derived.mesh_descs.len()),
+            textures: count(derived.textures.len()),
+        };
+        report.tlas = tlas;
+        report.blas_built = batch.blas_builds.len() as u32;
+        report.upload_bytes = batch.upload_bytes();
+        report.instances_written = batch.render_nodes.ranges.iter().map(|range| range.rows.len() as u32).sum();
+        report.whole = report.instances_written > 0 && report.instances_written as usize == derived.render_nodes.len();
+        (batch, report)
+    }
+
+    /// Whether a node deforms its mesh.
+    fn is_deformed(&self, node: NodeId) -> bool {
+        super::primitives::is_deformed(&self.scene.nodes()[node], self.scene)
+    }
+}

@@ -1,0 +1,179 @@
+//! Meshes, materials, lights and skins that were touched, and the nodes that show them.
+
+use super::Sync;
+use super::registry::{GeometryKey, MeshUse};
+use crate::DeriveError;
+use crate::derived::material_row;
+use crate::derived::primitives::{has_triangles, material_of};
+use crate::derived::render_nodes::node_flags;
+use crate::geometry::RenderPrimitive;
+use glam::Vec3;
+use orthant_resident::rows::{MaterialRow, MeshDesc, NONE};
+use orthant_scene::edit::ChangeSet;
+use orthant_scene::model::{AnyId, MaterialId, MeshId, NodeId, Store};
+use orthant_scene::visit::Owner;
+use std::collections::BTreeSet;
+
+impl Sync<'_> {
+    pub(super) fn resources(&mut self, changes: &ChangeSet) -> Result<(), DeriveError> {
+        let mut meshes = BTreeSet::new();
+        let mut materials = BTreeSet::new();
+        for &(id, _) in changes.objects() {
+            match id {
+                AnyId::Mesh(id) => drop(meshes.insert(id)),
+                AnyId::Material(id) => drop(materials.insert(id)),
+                AnyId::Light(id) => self.touch_users(id),
+                AnyId::Skin(id) => {
+                    let users = self.users(id);
+                    self.work.poses.extend(&users);
+                    self.work.nodes.extend(users);
+                }
+                _ => {}
+            }
+        }
+        let variant = self.live.asked_variant.or(self.scene.shown_variant());
+        if variant != self.live.variant {
+            self.live.variant = variant;
+            let has_variants =
+                |mesh: &orthant_scene::model::Mesh| mesh.primitives.iter().any(|p| !p.variants.is_empty());
+            meshes.extend(self.scene.meshes().iter().filter(|(_, mesh)| has_variants(mesh)).map(|(id, _)| id));
+        }
+        for id in materials {
+            self.material(id, &mut meshes)?;
+        }
+        // Those that are gone come last: what they shared stays.
+        let (live, gone): (Vec<MeshId>, Vec<MeshId>) = meshes.into_iter().partition(|&id| self.scene.contains(id));
+        for id in live {
+            self.mesh(id)?;
+        }
+        gone.into_iter().for_each(|id| self.set_uses(id, Vec::new()));
+        Ok(())
+    }
+
+    /// The nodes that refer to an object.
+    fn users(&self, id: impl Into<AnyId>) -> Vec<NodeId> {
+        let Some(index) = self.scene.reference_index() else { return Vec::new() };
+        let users = index.referrers(id).filter_map(|(owner, _)| match owner {
+            Owner::Object(AnyId::Node(node)) => Some(node),
+            _ => None,
+        });
+        users.collect()
+    }
+
+    fn touch_users(&mut self, id: impl Into<AnyId>) {
+        let users = self.users(id);
+        self.work.nodes.extend(users);
+    }
+
+    fn mesh(&mut self, id: MeshId) -> Result<(), DeriveError> {
+        let mesh = &self.scene.meshes()[id];
+        let mut uses = Vec::with_capacity(mesh.primitives.len());
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            if !has_triangles(self.scene, primitive) {
+                continue;
+            }
+            let key = GeometryKey::of(primitive);
+            let render_primitive = self.live.registry.static_slot(&key).unwrap_or(NONE);
+            if render_primitive != NONE {
+                self.want_tangents(render_primitive, id, i)?;
+            }
+            let material = material_row(material_of(primitive, self.live.variant));
+            uses.push(MeshUse { primitive: i, key, render_primitive, material });
+        }
+        self.set_uses(id, uses);
+        self.touch_users(id);
+        Ok(())
+    }
+
+    fn set_uses(&mut self, mesh: MeshId, uses: Vec<MeshUse>) {
+        let shared: Vec<(u32, GeometryKey)> = self
+            .live
+            .registry
+            .uses(mesh)
+            .iter()
+            .filter(|use_| use_.render_primitive != NONE)
+            .map(|use_| (use_.render_primitive, use_.key.clone()))
+            .collect();
+        for slot in self.live.registry.set_uses(mesh, uses) {
+            self.free_primitive(slot);
+        }
+        for (slot, key) in shared {
+            if self.derived.primitives[slot as usize].mesh == mesh {
+                self.find_again(slot, &key);
+            }
+        }
+    }
+
+    /// Shared geometry is decoded from a mesh that has it; if that one has changed or gone, there is another.
+    fn find_again(&mut self, slot: u32, key: &GeometryKey) {
+        let Some(index) = self.scene.reference_index() else { return };
+        let Some(accessor) = key.accessor() else { return };
+        let meshes = index.referrers(accessor).filter_map(|(owner, _)| match owner {
+            Owner::Object(AnyId::Mesh(mesh)) => Some(mesh),
+            _ => None,
+        });
+        for mesh in meshes {
+            let mut primitives = self.scene.meshes()[mesh].primitives.iter();
+            if let Some(primitive) = primitives.position(|primitive| GeometryKey::of(primitive) == *key) {
+                let found = &mut self.derived.primitives[slot as usize];
+                (found.mesh, found.primitive) = (mesh, primitive);
+                return;
+            }
+        }
+    }
+
+    /// Takes geometry away for good.
+    pub(super) fn free_primitive(&mut self, slot: u32) {
+        let desc = &mut self.derived.mesh_descs[slot as usize];
+        self.live.store.remove(desc);
+        *desc = MeshDesc { first_tangent: NONE, first_emitter_triangle: NONE, ..bytemuck::Zeroable::zeroed() };
+        self.derived.primitives[slot as usize] = RenderPrimitive::FREE;
+        self.live.dirty.mesh_descs.mark(slot);
+        self.live.dirty.blas_builds.remove(&slot);
+        self.live.dirty.blas_frees.insert(slot);
+        self.live.registry.free_slot(slot);
+    }
+
+    fn material(&mut self, id: MaterialId, meshes: &mut BTreeSet<MeshId>) -> Result<(), DeriveError> {
+        let row = Store::<_, ()>::slot(id) + 1;
+        if row >= self.derived.materials.len() {
+            self.derived.materials.resize(row + 1, MaterialRow::DEFAULT);
+            self.live.mean_emission.resize(row + 1, Vec3::ONE);
+        }
+        let is_there = self.scene.contains(id);
+        let (new, mean) = if is_there { self.material_row(id)? } else { (MaterialRow::DEFAULT, Vec3::ONE) };
+        let old = std::mem::replace(&mut self.derived.materials[row], new);
+        let old_mean = std::mem::replace(&mut self.live.mean_emission[row], mean);
+        if old != new {
+            self.live.dirty.materials.mark(row as u32);
+        }
+        let shines = |row: &MaterialRow| (row.emissive, row.flags);
+        let flags_changed = node_flags(&old) != node_flags(&new);
+        let emission_changed = shines(&old) != shines(&new) || old_mean != mean;
+        let tangents_changed = (old.normal_texture.texture == NONE) != (new.normal_texture.texture == NONE)
+            || old.normal_texture.uv_set != new.normal_texture.uv_set;
+        if !flags_changed && !emission_changed && !tangents_changed {
+            return Ok(());
+        }
+        let Some(index) = self.scene.reference_index() else { return Ok(()) };
+        let users: Vec<MeshId> = index
+            .referrers(id)
+            .filter_map(|(owner, _)| match owner {
+                Owner::Object(AnyId::Mesh(mesh)) => Some(mesh),
+                _ => None,
+            })
+            .collect();
+        for mesh in users {
+            if tangents_changed {
+                meshes.insert(mesh);
+                for node in self.users(mesh) {
+                    if self.derived.hierarchy.get(node).is_some_and(|node| node.deformed) {
+                        self.release_deformed(node);
+                    }
+                }
+            }
+            self.touch_users(mesh);
+        }
+        Ok(())
+    }
+}

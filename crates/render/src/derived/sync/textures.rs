@@ -1,0 +1,136 @@
+//! Textures and images that are resident, for materials that change.
+//!
+//! A material that is edited is derived by itself, with textures and images of its own numbering; what of them is resident
+//! already keeps its place. Images are decoded where a texture is new, and for materials whose textures are converted.
+
+use super::Sync;
+use crate::DeriveError;
+use crate::derived::materials::{Materials, TextureKey, derive_some, row, uv_transform};
+use crate::textures::{ImageLimits, Levels};
+use glam::Vec3;
+use orthant_resident::batch::{ImageWrite, TextureRow};
+use orthant_resident::rows::{MaterialRow, NONE, TextureSlot};
+use orthant_scene::model::{Material, MaterialId, SpecularGlossiness, TextureInfo};
+use std::collections::HashMap;
+
+/// Which texture rows show what.
+#[derive(Clone, Debug, Default)]
+pub struct TextureTable {
+    rows: HashMap<TextureKey, u32>,
+    /// Mean colours of the textures that emit.
+    means: HashMap<u32, Vec3>,
+    images: u32,
+}
+
+impl TextureTable {
+    /// What a full derivation has made.
+    pub fn new(materials: &Materials) -> Self {
+        let mut table = Self { images: materials.images.len() as u32, ..Self::default() };
+        let is_there = |row: &TextureRow| materials.images[row.image as usize].image.is_some();
+        for (i, (row, key)) in materials.textures.iter().zip(&materials.textures_of).enumerate() {
+            if let Some(key) = key.filter(|_| is_there(row)) {
+                table.rows.insert(key, i as u32);
+            }
+        }
+        for (row, &mean) in materials.rows.iter().zip(&materials.mean_emission) {
+            table.note_mean(row, mean);
+        }
+        table
+    }
+
+    fn note_mean(&mut self, row: &MaterialRow, mean: Vec3) {
+        if row.emissive_texture.texture != NONE {
+            self.means.insert(row.emissive_texture.texture, mean);
+        }
+    }
+
+    /// A reference to a texture that is resident. `None` if it is not.
+    fn slot(&self, info: &TextureInfo, srgb: bool) -> Option<TextureSlot> {
+        let texture = *self.rows.get(&(info.texture, srgb))?;
+        let uv_set = info.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        Some(TextureSlot { texture, uv_set, transform: uv_transform(info) })
+    }
+
+    /// What a texture row shows: the key in the document.
+    pub fn key_of(&self, row: u32) -> Option<TextureKey> {
+        self.rows.iter().find(|&(_, &known)| known == row).map(|(&key, _)| key)
+    }
+}
+
+impl Sync<'_> {
+    /// A material's row, and the mean of its emissive texture.
+    pub(super) fn material_row(&mut self, id: MaterialId) -> Result<(MaterialRow, Vec3), DeriveError> {
+        let material = &self.scene.materials()[id];
+        if let Some(found) = self.resident_row(id, material) {
+            return Ok(found);
+        }
+        let limits = ImageLimits { max_bytes: u64::MAX, levels: Levels::All };
+        let limits = self.live.images.then_some(limits);
+        let new = derive_some(self.scene, &[id], limits, &mut self.derived.warnings)?;
+        let (mut row, mean) = (new.rows[0], new.mean_emission[0]);
+        let mut places: HashMap<u32, u32> = HashMap::new();
+        for slot in slots(&mut row) {
+            if slot.texture != NONE {
+                slot.texture = match places.get(&slot.texture) {
+                    Some(&place) => place,
+                    None => {
+                        let place = self.place_texture(&new, slot.texture);
+                        places.insert(slot.texture, place);
+                        place
+                    }
+                };
+            }
+        }
+        self.live.textures.note_mean(&row, mean);
+        Ok((row, mean))
+    }
+
+    /// The row of a material all of whose textures are resident.
+    fn resident_row(&self, id: MaterialId, material: &Material) -> Option<(MaterialRow, Vec3)> {
+        let table = &self.live.textures;
+        let mut is_missing = SpecularGlossiness::of(material).is_some();
+        let index = orthant_scene::model::Store::<_, ()>::slot(id) as u32;
+        let row = row(material, index, |info, srgb| match info {
+            Some(info) if self.live.images => table.slot(info, srgb).unwrap_or_else(|| {
+                is_missing = true;
+                TextureSlot::NONE
+            }),
+            _ => TextureSlot::NONE,
+        });
+        let mean = match row.emissive_texture.texture {
+            NONE => Vec3::ONE,
+            texture => *table.means.get(&texture)?,
+        };
+        (!is_missing).then_some((row, mean))
+    }
+
+    /// The place of a texture that was derived apart: where it is resident, or a new one, with its image.
+    fn place_texture(&mut self, new: &Materials, texture: u32) -> u32 {
+        let key = new.textures_of[texture as usize];
+        if let Some(&place) = key.and_then(|key| self.live.textures.rows.get(&key)) {
+            return place;
+        }
+        let TextureRow { image, sampling } = new.textures[texture as usize];
+        let slot = self.live.textures.images;
+        self.live.textures.images += 1;
+        let image = new.images[image as usize].image.clone();
+        self.live.dirty.images.push(ImageWrite { slot, image });
+        self.derived.textures.push(TextureRow { image: slot, sampling });
+        let place = self.derived.textures.len() as u32 - 1;
+        if let Some(key) = key {
+            self.live.textures.rows.insert(key, place);
+        }
+        place
+    }
+}
+
+/// The texture references of a row.
+pub(super) fn slots(row: &mut MaterialRow) -> [&mut TextureSlot; 5] {
+    [
+        &mut row.base_color_texture,
+        &mut row.metallic_roughness_texture,
+        &mut row.normal_texture,
+        &mut row.occlusion_texture,
+        &mut row.emissive_texture,
+    ]
+}

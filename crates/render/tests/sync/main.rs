@@ -1,0 +1,121 @@
+//! Following edits: the state after any sequence of edits is that of a full derivation, and the batches bring a copy to it.
+
+#[allow(dead_code, reason = "a part of it is used here")]
+#[path = "../common/mod.rs"]
+mod common;
+mod cost;
+mod named;
+mod oracle;
+mod scenes;
+
+use orthant_render::derived::sync::SyncReport;
+use orthant_render::{DeriveOptions, DerivedScene};
+use orthant_resident::SceneBatch;
+use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, RenderNodeRow};
+use orthant_scene::Scene;
+use orthant_scene::edit::script::{Operation, Session};
+use orthant_scene::edit::{Cursor, EditError};
+use orthant_scene::import::ImportOptions;
+use serde_json::Value;
+use std::path::Path;
+
+/// What a backend has: rows that change by batches alone.
+#[derive(Default)]
+struct Copy {
+    revision: u64,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    mesh_descs: Vec<MeshDesc>,
+    materials: Vec<MaterialRow>,
+    lights: Vec<LightRow>,
+    emitters: Vec<EmitterRow>,
+    render_nodes: Vec<RenderNodeRow>,
+    blas: Vec<bool>,
+}
+
+impl Copy {
+    fn apply(&mut self, batch: SceneBatch) {
+        assert_eq!(batch.expected_revision, self.revision);
+        self.revision = batch.new_revision;
+        batch.positions.apply_to(&mut self.positions);
+        batch.indices.apply_to(&mut self.indices);
+        batch.mesh_descs.apply_to(&mut self.mesh_descs);
+        batch.materials.apply_to(&mut self.materials);
+        batch.lights.apply_to(&mut self.lights);
+        batch.emitters.apply_to(&mut self.emitters);
+        batch.render_nodes.apply_to(&mut self.render_nodes);
+        self.blas.resize(self.mesh_descs.len(), false);
+        batch.blas_frees.iter().for_each(|&slot| self.blas[slot as usize] = false);
+        batch.blas_builds.iter().for_each(|&slot| self.blas[slot as usize] = true);
+    }
+}
+
+/// A scene with all that follows it.
+struct Live {
+    scene: Scene,
+    session: Session,
+    derived: DerivedScene,
+    copy: Copy,
+    cursor: Cursor,
+}
+
+impl Live {
+    fn new(mut scene: Scene) -> Self {
+        scene.prepare_edits();
+        let options = DeriveOptions { live: true, ..DeriveOptions::default() };
+        let mut derived = DerivedScene::derive(&scene, &options).unwrap();
+        let mut copy = Copy::default();
+        copy.apply(derived.load_batch());
+        let cursor = scene.change_log().cursor();
+        Self { scene, session: Session::new(Path::new("."), ImportOptions::default()), derived, copy, cursor }
+    }
+
+    fn edit(&mut self, operation: &Operation) -> Result<(), EditError> {
+        self.session.run(&mut self.scene, operation).map(|_| ())
+    }
+
+    fn edit_json(&mut self, operation: Value) {
+        let parsed = Operation::parse(&operation.to_string()).unwrap();
+        self.edit(&parsed).unwrap_or_else(|error| panic!("{operation}: {error}"));
+    }
+
+    fn sync(&mut self) -> SyncReport {
+        let changes = self.scene.change_log().take(&mut self.cursor).expect("the log reaches back far enough");
+        let (batch, report) = self.derived.sync(&self.scene, &changes).unwrap();
+        self.copy.apply(batch);
+        report
+    }
+
+    /// An edit, followed and compared.
+    fn run(&mut self, operation: Value) -> SyncReport {
+        self.edit_json(operation);
+        let report = self.sync();
+        self.check().unwrap();
+        report
+    }
+
+    fn check(&self) -> Result<(), String> {
+        self.derived.check(&self.scene)?;
+        let (copy, derived) = (&self.copy, &self.derived);
+        for (what, same) in [
+            ("render nodes", copy.render_nodes == derived.render_nodes),
+            ("materials", copy.materials == derived.materials),
+            ("lights", copy.lights == derived.lights),
+            ("emitters", copy.emitters == derived.emitters),
+            ("mesh descs", copy.mesh_descs == derived.mesh_descs),
+        ] {
+            if !same {
+                return Err(format!("the copy's {what} are others"));
+            }
+        }
+        for (i, desc) in derived.mesh_descs.iter().enumerate() {
+            let range = |first: u32, count: u32, len: usize| count == 0 || (first + count) as usize <= len;
+            let inside = range(desc.first_vertex, desc.vertex_count, copy.positions.len())
+                && range(desc.first_index, desc.index_count, copy.indices.len());
+            if !inside || copy.blas[i] != (desc.index_count > 0) {
+                return Err(format!("geometry {i} is not resident"));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,49 @@
+//! Long random sequences of edits, compared with a full derivation after each.
+
+use crate::{Live, scenes};
+use orthant_scene::Scene;
+use orthant_scene::edit::random::{Choice, Choices, operation};
+use proptest::prelude::*;
+
+/// Drives a scene through operations. A failure names the script that leads to it.
+fn drive(name: &str, scene: &Scene, choices: impl IntoIterator<Item = Choice>, syncs_each: bool) {
+    let mut live = Live::new(scene.clone());
+    let mut script = String::new();
+    for (i, choice) in choices.into_iter().enumerate() {
+        let operation = operation(&live.scene, choice);
+        if live.edit(&operation).is_err() {
+            continue;
+        }
+        script.push_str(&format!("{}\n", serde_json::to_string(&operation).unwrap()));
+        // Several edits in one sync merge.
+        if syncs_each || i % 5 == 4 {
+            live.sync();
+            if let Err(difference) = live.check() {
+                panic!("{name}: {difference}, after\n{script}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_sequence_of_edits_is_followed(
+        scene in 0..6usize,
+        choices in prop::collection::vec(any::<Choice>(), 0..40),
+        syncs_each: bool,
+    ) {
+        let (name, scene) = &scenes::all()[scene];
+        drive(name, scene, choices, syncs_each);
+    }
+}
+
+#[test]
+fn two_hundred_sequences_of_two_hundred_edits_are_followed() {
+    let scenes = scenes::all();
+    for seed in 0..200u64 {
+        let (name, scene) = &scenes[seed as usize % scenes.len()];
+        drive(name, scene, Choices(seed * 7919).take(200), seed % 3 != 0);
+    }
+}
