@@ -34,6 +34,7 @@ fn dispatch(cli: &Cli) -> Result<(), Failure> {
     match &cli.command {
         Command::Bench(args) => commands::bench::run(args, &cli.common),
         Command::Compare(args) => commands::compare::run(args, &cli.common),
+        Command::Edit(args) => commands::edit::run(args, &cli.common),
         Command::Convert(args) => commands::convert::run(args, &cli.common),
         Command::Generate(args) => commands::generate::run(args),
         Command::Devices(args) => commands::devices::run(args),

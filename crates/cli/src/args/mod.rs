@@ -59,6 +59,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Put shares of a rendering together
     Merge(MergeArgs),
+    /// Edit a scene by a script of operations
+    Edit(EditArgs),
     /// Write a scene file in another format
     Convert(ConvertArgs),
     /// Measure how far two images are apart
@@ -106,6 +108,44 @@ pub struct MergeArgs {
     /// The image: .png, .exr or .hdr
     #[arg(short, long, value_name = "IMAGE")]
     pub output: PathBuf,
+}
+
+/// `orthant edit`
+#[derive(Args, Debug)]
+#[command(after_help = "\
+The script has one JSON object a line, such as {\"op\": \"set_transform\", \"node\": 3, \"translation\": [0, 1, 0]}. \
+Operations: set_transform, add_node, add_shape, add_light, delete, duplicate, reparent, rename, set_visible, set_mesh, \
+set_camera, set_skin, assign_material, duplicate_material, set_material, set_light, set_camera_params, split_mesh, \
+merge_mesh, select_variant, merge_scene, remove_unused, undo, redo. A reference is an index of the loaded file, \
+\"name:TEXT\" (first of that name), or \"$label\", set by an earlier operation's \"as\".
+
+Examples:
+  orthant edit city.glb --ops script.jsonl -o new.glb
+  orthant edit city.glb --ops script.jsonl --report report.jsonl --verify --backend cpu")]
+pub struct EditArgs {
+    /// The scene: .gltf, .glb, .obj or .crts
+    pub scene: PathBuf,
+    /// The script
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub ops: PathBuf,
+    /// The edited scene: .gltf, .glb, .obj or .crts
+    #[arg(short, long, value_name = "SCENE")]
+    pub output: Option<PathBuf>,
+    /// What each operation cost, one JSON object a line [default: stdout, if there is no output either]
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub report: Option<PathBuf>,
+    /// Compare the incremental state with a full derivation after every operation; exit code 5 at the first difference
+    #[arg(long)]
+    pub verify: bool,
+    /// Leave refused operations out instead of ending
+    #[arg(long)]
+    pub keep_going: bool,
+    /// Keep a backend up to date as well
+    #[arg(long, value_enum)]
+    pub backend: Option<BackendArg>,
+    /// Let the scene refer to files outside its own folder tree
+    #[arg(long)]
+    pub allow_external_files: bool,
 }
 
 /// `orthant convert`
@@ -207,6 +247,7 @@ Suites:
   derive       model to rows, from 1,000 to 1,000,000 render nodes, beside copying the rows
   trace FILE   primary, shadow and incoherent rays, beside crate `obvhs`
   render FILE  whole frames of 960x540 with 16 samples
+  edit         edit, sync and apply, from 1,000 to 1,000,000 nodes
 
 Examples:
   orthant bench derive
@@ -240,6 +281,8 @@ pub enum BenchSuite {
     Trace,
     /// Frames
     Render,
+    /// Edits
+    Edit,
 }
 
 /// `orthant devices`

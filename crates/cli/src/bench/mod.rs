@@ -4,6 +4,7 @@
 //! compared to, and ratios are of medians of one run.
 
 mod derive;
+mod edit;
 mod load;
 mod memory;
 mod render;
@@ -80,6 +81,8 @@ pub enum Suite<'a> {
     Trace(&'a Path),
     /// Whole frames.
     Render(&'a Path),
+    /// Edit, sync and apply.
+    Edit,
 }
 
 impl Suite<'_> {
@@ -90,6 +93,7 @@ impl Suite<'_> {
             Self::Derive => "derive",
             Self::Trace(_) => "trace",
             Self::Render(_) => "render",
+            Self::Edit => "edit",
         }
     }
 }
@@ -115,6 +119,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Derive => derive::run(settings)?,
         Suite::Trace(file) => trace::run(file, settings)?,
         Suite::Render(file) => render::run(file, settings)?,
+        Suite::Edit => edit::run(settings)?,
     };
     Ok(json!({
         "suite": suite.name(),

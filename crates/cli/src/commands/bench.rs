@@ -14,11 +14,14 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let file = || args.file.as_deref().ok_or_else(|| Failure::usage("this suite needs a scene file"));
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
-        BenchSuite::Derive => {
+        BenchSuite::Derive | BenchSuite::Edit => {
             if let Some(file) = &args.file {
-                return Err(Failure::usage(format!("derive makes its own scenes: leave {} out", Path::display(file))));
+                return Err(Failure::usage(format!(
+                    "the suite makes its own scenes: leave {} out",
+                    Path::display(file)
+                )));
             }
-            Suite::Derive
+            if args.suite == BenchSuite::Edit { Suite::Edit } else { Suite::Derive }
         }
         BenchSuite::Trace => Suite::Trace(file()?),
         BenchSuite::Render => Suite::Render(file()?),

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod compare;
 pub mod convert;
 pub mod devices;
+pub mod edit;
 pub mod generate;
 pub mod info;
 pub mod merge;

@@ -79,6 +79,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         variant,
         images: true,
         max_bytes: options.max_memory.saturating_sub(imported.charged_bytes),
+        live: false,
     };
     let derived = DerivedScene::derive(&scene, &derive)
         .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;

@@ -55,7 +55,7 @@ pub fn deep(count: usize) -> Scene {
         if i + 1 < count {
             node["children"] = json!([i + 1]);
         }
-        if i % 7 == 0 {
+        if i.is_multiple_of(7) {
             node["extensions"] = light(i % 2);
         }
         node

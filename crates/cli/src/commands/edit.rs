@@ -1,0 +1,196 @@
+//! `orthant edit`: a script of operations, applied to a scene that stays alive.
+
+use crate::args::{BackendArg, Common, EditArgs};
+use crate::failure::{Exit, Failure};
+use crate::job::validate;
+use crate::output::{print, write_atomically};
+use orthant_cpu::CpuBackend;
+use orthant_render::derived::sync::SyncReport;
+use orthant_render::{DeriveOptions, DerivedScene};
+use orthant_resident::Backend;
+use orthant_resident::batch::TlasAction;
+use orthant_scene::Scene;
+use orthant_scene::edit::script::{Operation, Outcome, Session};
+use orthant_scene::edit::{Cursor, EditError};
+use orthant_scene::export::{ExportFault, ExportOptions, export_path};
+use orthant_scene::import::{Format, ImportOptions, import_path};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Applies the script, reports, and writes the scene.
+///
+/// # Errors
+/// A bad scene or script, a refused operation (bad input); a difference that `--verify` found (check failed).
+pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
+    if let Some(output) = &args.output
+        && Format::from_extension(output).is_none()
+    {
+        let what = format!("{}: the extension says no format that can be written", output.display());
+        return Err(Failure::usage(what).remedy("use .gltf, .glb, .obj or .crts"));
+    }
+    if args.backend == Some(BackendArg::Vulkan) {
+        return Err(Failure::missing("--backend vulkan: this build renders on the CPU").remedy("use --backend cpu"));
+    }
+    let mut import = ImportOptions::default();
+    import.max_memory = common.max_memory();
+    import.allow_external_files = args.allow_external_files;
+    let imported = import_path(&args.scene, &import).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+    if !common.quiet {
+        for warning in &imported.warnings {
+            eprintln!("warning: {}: {warning}", args.scene.display());
+        }
+    }
+    let script = std::fs::read_to_string(&args.ops).map_err(|e| Failure::io(&args.ops, "read the script", &e))?;
+    let folder = args.ops.parent().unwrap_or(Path::new("."));
+    let mut live = Live::new(imported.scene, args, Session::new(folder, import))?;
+
+    let mut report = String::new();
+    let mut refused = 0;
+    for (number, line) in script.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let at = |failure: Failure| failure.in_file(&args.ops).at(format!("line {}", number + 1));
+        match live.line(line) {
+            Ok(entry) => report.push_str(&format!("{entry}\n")),
+            Err(Stopped::Refused(error)) if args.keep_going => {
+                refused += 1;
+                report.push_str(&format!("{}\n", json!({"line": number + 1, "refused": error.to_string()})));
+                if !common.quiet {
+                    eprintln!("warning: {}: line {}: {error}", args.ops.display(), number + 1);
+                }
+            }
+            Err(Stopped::Refused(error)) => {
+                return Err(at(Failure::new(Exit::BadInput, error.to_string())
+                    .remedy("nothing is written; --keep-going leaves refused operations out")));
+            }
+            Err(Stopped::Failed(failure)) => return Err(at(failure)),
+        }
+    }
+    if let Some(path) = &args.report {
+        write_atomically(path, |w| {
+            w.write_all(report.as_bytes()).map_err(|e| Failure::io(path, "write the report", &e))
+        })?;
+    }
+    let mut lines = String::new();
+    if let Some(output) = &args.output {
+        let written =
+            export_path(&live.scene, output, &ExportOptions::default()).map_err(|error| match &error.fault {
+                ExportFault::Io(io) => Failure::io(&error.file, "write the file", io),
+                fault => Failure::bad_input(&error.file, fault.to_string()),
+            })?;
+        written.notes.iter().for_each(|note| lines.push_str(&format!("{note}\n")));
+    }
+    if args.output.is_none() && args.report.is_none() {
+        lines.push_str(&report);
+    }
+    if refused > 0 && !common.quiet {
+        eprintln!("warning: {refused} operations were refused and left out");
+    }
+    print(&lines)
+}
+
+/// Why a line stopped the script.
+enum Stopped {
+    /// The operation makes no sense; nothing has changed.
+    Refused(EditError),
+    /// Something else went wrong.
+    Failed(Failure),
+}
+
+/// The scene and all that follows it.
+struct Live {
+    scene: Scene,
+    session: Session,
+    derived: DerivedScene,
+    backend: Option<CpuBackend>,
+    cursor: Cursor,
+    verify: bool,
+}
+
+impl Live {
+    fn new(mut scene: Scene, args: &EditArgs, session: Session) -> Result<Self, Failure> {
+        scene.prepare_edits();
+        let options = DeriveOptions { live: true, ..DeriveOptions::default() };
+        let mut derived = DerivedScene::derive(&scene, &options)
+            .map_err(|e| Failure::bad_input(&args.scene, e.what).at(e.place).remedy(e.remedy))?;
+        let batch = derived.load_batch();
+        let backend = match args.backend {
+            None => None,
+            Some(_) => {
+                let mut backend = CpuBackend::new();
+                backend.apply(batch).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+                Some(backend)
+            }
+        };
+        let cursor = scene.change_log().cursor();
+        Ok(Self { scene, session, derived, backend, cursor, verify: args.verify })
+    }
+
+    /// One line of the script; its line of the report.
+    fn line(&mut self, line: &str) -> Result<Value, Stopped> {
+        let operation = Operation::parse(line).map_err(Stopped::Refused)?;
+        let start = Instant::now();
+        let outcome = self.session.run(&mut self.scene, &operation).map_err(Stopped::Refused)?;
+        let edit_time = start.elapsed();
+        if let Outcome::TimeSet { .. } = outcome {
+            let what = "set_time: playing animations is not built yet";
+            return Err(Stopped::Failed(
+                Failure::missing(what).remedy("leave the operation out; the rest pose is right"),
+            ));
+        }
+        let start = Instant::now();
+        let synced = self.sync().map_err(Stopped::Failed)?;
+        let sync_time = start.elapsed();
+        if self.verify {
+            self.check().map_err(Stopped::Failed)?;
+        }
+        Ok(self.entry(&operation, &synced, edit_time, sync_time))
+    }
+
+    fn sync(&mut self) -> Result<SyncReport, Failure> {
+        let internal = |what: String| Failure::new(Exit::Internal, what);
+        let changes = self.scene.change_log().take(&mut self.cursor);
+        let changes = changes.ok_or_else(|| internal("the log of changes does not reach back".to_owned()))?;
+        let (batch, report) =
+            self.derived.sync(&self.scene, &changes).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+        if let Some(backend) = &mut self.backend {
+            backend.apply(batch).map_err(|e| internal(e.to_string()))?;
+        }
+        Ok(report)
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        self.derived.check(&self.scene).map_err(|what| Failure::new(Exit::CheckFailed, format!("--verify: {what}")))?;
+        match &self.backend {
+            Some(backend) => validate::validate(&self.derived, backend.scene()),
+            None => Ok(()),
+        }
+    }
+
+    fn entry(&self, operation: &Operation, synced: &SyncReport, edit: Duration, sync: Duration) -> Value {
+        let us = |time: Duration| (time.as_secs_f64() * 1e7).round() / 10.0;
+        json!({
+            "op": operation.name(),
+            "edit_us": us(edit),
+            "sync_us": us(sync),
+            "dirty": {
+                "render_nodes": synced.render_nodes,
+                "all": synced.whole,
+                "materials": synced.materials,
+                "lights": synced.lights,
+                "primitives_changed": synced.primitives_changed,
+            },
+            "upload_bytes": synced.upload_bytes,
+            "instances_written": synced.instances_written,
+            "tlas": match synced.tlas {
+                TlasAction::None => "none",
+                TlasAction::Update => "update",
+                TlasAction::Rebuild => "rebuild",
+            },
+            "blas_built": synced.blas_built,
+            "render_nodes": self.derived.render_nodes.len(),
+            "free_slots": self.derived.free_render_nodes(),
+            "revision": self.derived.revision(),
+        })
+    }
+}

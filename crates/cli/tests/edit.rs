@@ -1,0 +1,128 @@
+//! `orthant edit`.
+
+mod common;
+
+use common::{bytes, fail, folder_with_box, json, orthant, succeed};
+use std::path::Path;
+
+fn script(folder: &Path, lines: &[&str]) {
+    std::fs::write(folder.join("ops.jsonl"), lines.join("\n")).expect("a script");
+}
+
+const EDITS: [&str; 9] = [
+    r#"{"op": "add_node", "name": "group", "as": "g"}"#,
+    r#"{"op": "add_shape", "shape": "sphere", "parent": "$g", "material": 0, "as": "ball"}"#,
+    r#"{"op": "set_transform", "node": "$ball", "translation": [0, 1, 0], "scale": [0.2, 0.2, 0.2]}"#,
+    r#"{"op": "duplicate", "node": "$g", "as": "h"}"#,
+    r#"{"op": "reparent", "node": "$h", "parent": "$g", "keep_world": true}"#,
+    r#"{"op": "set_material", "material": 0, "set": {"pbrMetallicRoughness": {"roughnessFactor": 0.25}}}"#,
+    r#"{"op": "set_visible", "node": "$ball", "visible": false}"#,
+    r#"{"op": "undo", "count": 2}"#,
+    r#"{"op": "redo"}"#,
+];
+
+#[test]
+fn a_script_edits_a_scene_and_every_operation_is_verified_and_reported() {
+    let (_folder, path) = folder_with_box();
+    script(&path, &EDITS);
+    let args = [
+        "edit",
+        "box.glb",
+        "--ops",
+        "ops.jsonl",
+        "-o",
+        "new.glb",
+        "--report",
+        "r.jsonl",
+        "--verify",
+        "--backend",
+        "cpu",
+    ];
+    succeed(&path, &args);
+    let text = String::from_utf8(bytes(&path, "r.jsonl")).expect("UTF-8");
+    let report: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(report.len(), EDITS.len());
+    for entry in &report {
+        for key in [
+            "op",
+            "edit_us",
+            "sync_us",
+            "dirty",
+            "upload_bytes",
+            "instances_written",
+            "tlas",
+            "blas_built",
+            "render_nodes",
+            "free_slots",
+            "revision",
+        ] {
+            assert!(!entry[key].is_null(), "{key} in {entry}");
+        }
+        for key in ["render_nodes", "all", "materials", "lights", "primitives_changed"] {
+            assert!(!entry["dirty"][key].is_null(), "{key} in {entry}");
+        }
+    }
+    // An empty node is nowhere resident, a new shape builds its BLAS, a material is one row.
+    assert_eq!((&report[0]["upload_bytes"], &report[0]["tlas"]), (&0.into(), &"none".into()));
+    assert_eq!((&report[1]["blas_built"], &report[1]["tlas"]), (&1.into(), &"rebuild".into()));
+    assert_eq!((&report[2]["instances_written"], &report[2]["tlas"]), (&1.into(), &"update".into()));
+    assert_eq!((&report[5]["dirty"]["materials"], &report[5]["instances_written"]), (&1.into(), &0.into()));
+    let info = json(&succeed(&path, &["info", "new.glb", "--json"]));
+    let old = json(&succeed(&path, &["info", "box.glb", "--json"]));
+    let grown = |key: &str| info[key].as_u64().expect(key) - old[key].as_u64().expect(key);
+    assert_eq!((grown("nodes"), grown("meshes"), grown("materials"), grown("render_nodes")), (4, 1, 0, 2));
+}
+
+#[test]
+fn undoing_everything_writes_the_bytes_that_no_edit_writes() {
+    let (_folder, path) = folder_with_box();
+    script(&path, &[]);
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "same.glb"]);
+    let undo = r#"{"op": "undo", "count": 6}"#;
+    script(&path, &[&EDITS, &[undo][..]].concat());
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "undone.glb", "--verify"]);
+    assert!(bytes(&path, "same.glb") == bytes(&path, "undone.glb"));
+}
+
+#[test]
+fn a_refused_operation_names_its_line_and_writes_nothing() {
+    let (_folder, path) = folder_with_box();
+    script(&path, &[EDITS[0], "", r#"{"op": "delete", "node": 9999}"#, EDITS[1]]);
+    let args = ["edit", "box.glb", "--ops", "ops.jsonl", "-o", "new.glb"];
+    fail(&path, &args, 3, &["ops.jsonl: line 3: /node: there is no node 9999"]);
+    assert!(!path.join("new.glb").exists());
+    let going = orthant(&path, &[&args[..], &["--keep-going"]].concat());
+    assert_eq!(going.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&going.stderr).into_owned();
+    assert!(said.contains("line 3") && said.contains("1 operations were refused"), "{said}");
+    assert!(path.join("new.glb").exists());
+}
+
+#[test]
+fn wrong_usage_and_missing_parts_have_their_codes() {
+    let (_folder, path) = folder_with_box();
+    script(&path, &[r#"{"op": "set_time", "seconds": 1}"#]);
+    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl"], 4, &["line 1", "set_time"]);
+    fail(&path, &["edit", "box.glb", "--ops", "none.jsonl"], 3, &["none.jsonl"]);
+    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "x.png"], 2, &["x.png"]);
+    fail(&path, &["edit", "box.glb"], 2, &["--ops"]);
+    script(&path, &["{\"op\": \"delete\""]);
+    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl"], 3, &["ops.jsonl: line 1"]);
+}
+
+#[test]
+fn another_file_is_merged_from_beside_the_script() {
+    let (_folder, path) = folder_with_box();
+    succeed(&path, &["generate", "forest", "--trees", "3", "-o", "forest.glb"]);
+    script(
+        &path,
+        &[
+            r#"{"op": "merge_scene", "path": "forest.glb", "as": "f"}"#,
+            r#"{"op": "set_transform", "node": "$f", "scale": [0.1, 0.1, 0.1]}"#,
+        ],
+    );
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "both.glb", "--verify", "--backend", "cpu"]);
+    let count =
+        |file: &str| json(&succeed(&path, &["info", file, "--json"]))["render_nodes"].as_u64().expect("a count");
+    assert_eq!(count("both.glb"), count("box.glb") + count("forest.glb"));
+}
