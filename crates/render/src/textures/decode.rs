@@ -3,7 +3,7 @@
 use super::file::TextureFile;
 use super::mips::mip_chain;
 use super::need::{self, Need};
-use super::{dds, ktx2};
+use super::{dds, jpeg, ktx2};
 use crate::derived::materials::ImageUse;
 use crate::{DeriveError, DeriveWarning};
 use image::{DynamicImage, ImageDecoder, ImageReader};
@@ -162,7 +162,10 @@ fn decode_image(data: &[u8], srgb: bool, levels: Levels) -> Result<ImageData, Br
     let decoder = open_image(data)?;
     let ((width, height), format) = (decoder.dimensions(), texel_format(&decoder, srgb));
     let texels = match format {
-        TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb => rgba8(decoder).map_err(broken)?,
+        TexelFormat::Rgba8Linear | TexelFormat::Rgba8Srgb => match jpeg::rgba8(data) {
+            Some(texels) => texels,
+            None => rgba8(decoder).map_err(broken)?,
+        },
         TexelFormat::Rgba16Linear | TexelFormat::Rgba16Srgb => {
             let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
             bytemuck::cast_slice(&decoded.into_rgba16()).to_vec()

@@ -9,6 +9,7 @@ mod dds;
 mod decode;
 mod encoding;
 mod file;
+mod jpeg;
 mod ktx2;
 mod mips;
 mod need;
