@@ -13,6 +13,11 @@ pub use bounds::LightBounds;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+/// The part of choices that is made by power alone. An estimate of what a group brings can be wrong by much, where its lights
+/// are not spread as their box is; with this part the variance is never more than `1 / BY_POWER` times that of a choice by
+/// power (Veach 1997, "Robust Monte Carlo Methods for Light Transport Simulation", section 9.2.2).
+const BY_POWER: f32 = 0.5;
+
 /// A group of lights or one. 64 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -44,11 +49,52 @@ impl LightTree {
     /// bring light.
     #[inline]
     pub fn sample(&self, from: Vec3, normal: Vec3, u: f32) -> Option<(u32, f32)> {
-        let mut at = 0usize;
-        let mut node = self.nodes.first()?;
-        let (mut u, mut probability) = (u, 1.0f32);
-        while node.second != 0 {
-            let [first, second] = self.shares(at, from, normal)?;
+        self.nodes.first()?;
+        let below_one = |u: f32| u.min(1.0 - f32::EPSILON / 2.0);
+        if u < BY_POWER {
+            let at = self.walk(below_one(u / BY_POWER), |tree, at| Some(tree.power_shares(at)))?.0;
+            let light = self.nodes[at].light;
+            return Some((light, self.probability(light, from, normal)));
+        }
+        let u = below_one((u - BY_POWER) / (1.0 - BY_POWER));
+        let (at, chosen) = self.walk(u, |tree, at| tree.shares(at, from, normal))?;
+        Some((self.nodes[at].light, self.mixed(at, chosen)))
+    }
+
+    /// The probability with which [`Self::sample`] chooses a light.
+    #[inline]
+    pub fn probability(&self, light: u32, from: Vec3, normal: Vec3) -> f32 {
+        let Some(&leaf) = self.leaves.get(light as usize) else { return 0.0 };
+        let leaf = leaf as usize;
+        if self.nodes.get(leaf).is_none_or(|node| node.second != 0 || node.light != light) {
+            return 0.0;
+        }
+        let (mut at, mut chosen) = (leaf, 1.0);
+        while at != 0 && chosen > 0.0 {
+            let parent = self.nodes[at].parent as usize;
+            let [first, second] = self.shares(parent, from, normal).unwrap_or([0.0; 2]);
+            chosen *= if at == parent + 1 { first } else { second };
+            at = parent;
+        }
+        self.mixed(leaf, chosen)
+    }
+
+    /// The probability of a leaf, of which `chosen` is that of the walk by importance.
+    #[inline]
+    fn mixed(&self, leaf: usize, chosen: f32) -> f32 {
+        BY_POWER * (self.nodes[leaf].bounds.intensity / self.nodes[0].bounds.intensity) + (1.0 - BY_POWER) * chosen
+    }
+
+    /// Walks from the root to a leaf by the shares of the groups: the leaf, and the product of the shares.
+    #[inline]
+    fn walk(&self, mut u: f32, shares: impl Fn(&Self, usize) -> Option<[f32; 2]>) -> Option<(usize, f32)> {
+        let (mut at, mut probability) = (0usize, 1.0f32);
+        loop {
+            let second_node = self.nodes[at].second as usize;
+            if second_node == 0 {
+                return Some((at, probability));
+            }
+            let [first, second] = shares(self, at)?;
             // A share of 1 is chosen whatever the rounding of `u`.
             if u < first || second <= 0.0 {
                 u = (u / first).min(1.0 - f32::EPSILON / 2.0);
@@ -57,29 +103,17 @@ impl LightTree {
             } else {
                 u = ((u - first) / second).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
                 probability *= second;
-                at = node.second as usize;
+                at = second_node;
             }
-            node = &self.nodes[at];
         }
-        Some((node.light, probability))
     }
 
-    /// The probability with which [`Self::sample`] chooses a light.
+    /// The parts of a group's power that its two groups have.
     #[inline]
-    pub fn probability(&self, light: u32, from: Vec3, normal: Vec3) -> f32 {
-        let Some(&leaf) = self.leaves.get(light as usize) else { return 0.0 };
-        let mut at = leaf as usize;
-        if self.nodes.get(at).is_none_or(|node| node.second != 0 || node.light != light) {
-            return 0.0;
-        }
-        let mut probability = 1.0;
-        while at != 0 {
-            let parent = self.nodes[at].parent as usize;
-            let Some([first, second]) = self.shares(parent, from, normal) else { return 0.0 };
-            probability *= if at == parent + 1 { first } else { second };
-            at = parent;
-        }
-        probability
+    fn power_shares(&self, at: usize) -> [f32; 2] {
+        let second = self.nodes[at].second as usize;
+        let [a, b] = [at + 1, second].map(|child| self.nodes[child].bounds.intensity);
+        if a + b > 0.0 { [a / (a + b), b / (a + b)] } else { [0.5; 2] }
     }
 
     /// Probabilities of the two groups below a node; `None` where neither can bring light.
@@ -227,6 +261,6 @@ mod tests {
             }
             moment += squares / (sum * sum) / 200.0;
         }
-        assert!(moment < 1.6, "{moment}");
+        assert!(moment < 3.2, "{moment}");
     }
 }
