@@ -14,12 +14,23 @@ pub fn write_atomically<T>(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<T, Failure>,
 ) -> Result<T, Failure> {
+    let target = match std::fs::symlink_metadata(path) {
+        // What a link leads to is replaced, not the link.
+        Ok(metadata) if metadata.is_symlink() => {
+            std::fs::canonicalize(path).map_err(|e| Failure::io(path, "follow the link", &e))?
+        }
+        _ => path.to_owned(),
+    };
+    let path = target.as_path();
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     if path.is_dir() {
         return Err(Failure::bad_input(path, "is a folder").remedy("name a file"));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(Failure::bad_input(path, "is no regular file, and is not replaced").remedy("name another file"));
     }
     let doing = "write the file";
     let io = |e: &std::io::Error| Failure::io(path, doing, e);
@@ -99,6 +110,23 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).expect("folder").count(), 1);
         write_bytes(&path, b"new").expect("second write");
         assert_eq!(std::fs::read(&path).expect("replaced"), b"new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_devices_are_left_alone() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        write_bytes(&file, b"old").expect("first write");
+        std::os::unix::fs::symlink(&file, &link).expect("a link");
+        write_bytes(&link, b"new").expect("second write");
+        assert!(std::fs::symlink_metadata(&link).expect("link").is_symlink());
+        assert_eq!(std::fs::read(&file).expect("file"), b"new");
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).expect("a socket");
+        let failure = write_bytes(&socket, b"x").expect_err("no regular file");
+        assert_eq!(failure.exit, Exit::BadInput);
+        assert!(!std::fs::symlink_metadata(&socket).expect("socket").is_file());
     }
 
     #[test]

@@ -265,8 +265,8 @@ pub struct BenchArgs {
     /// Repetitions of each measurement; the figure is their median
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub runs: u16,
-    /// Threads; 0 takes all
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Threads, at most 1024; 0 takes all
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
 }
 

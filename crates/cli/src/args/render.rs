@@ -145,8 +145,8 @@ pub struct RenderArgs {
     /// Which device of it, as `orthant devices` lists them
     #[arg(long, value_name = "INDEX|NAME", help_heading = "Rendering")]
     pub device: Option<String>,
-    /// Threads; 0 takes all
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Rendering")]
+    /// Threads, at most 1024; 0 takes all
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0, help_heading = "Rendering")]
     pub threads: usize,
     /// Compare what is resident in the backend with the scene, and end with exit code 5 where they differ
     #[arg(long, help_heading = "Rendering")]

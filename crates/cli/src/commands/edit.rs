@@ -42,9 +42,22 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             eprintln!("warning: {}: {warning}", args.scene.display());
         }
     }
+    let outputs = [&args.output, &args.report];
+    for path in outputs.into_iter().flatten() {
+        let is_same = |other: &Path| {
+            std::fs::canonicalize(path).ok().is_some_and(|p| std::fs::canonicalize(other).ok() == Some(p))
+        };
+        if is_same(&args.ops)
+            || args.report.as_ref() == Some(path) && (is_same(&args.scene) || args.output.as_ref() == Some(path))
+        {
+            return Err(Failure::usage(format!("{}: it is an input, or two outputs", path.display()))
+                .remedy("name another file"));
+        }
+    }
     let script = std::fs::read_to_string(&args.ops).map_err(|e| Failure::io(&args.ops, "read the script", &e))?;
     let folder = args.ops.parent().unwrap_or(Path::new("."));
-    let mut live = Live::new(imported.scene, args, Session::new(folder, import))?;
+    let max_bytes = common.max_memory().saturating_sub(imported.charged_bytes);
+    let mut live = Live::new(imported.scene, args, Session::new(folder, import), max_bytes)?;
 
     let mut report = String::new();
     let mut refused = 0;
@@ -61,7 +74,7 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             }
             Err(Stopped::Refused(error)) => {
                 return Err(at(Failure::new(Exit::BadInput, error.to_string())
-                    .remedy("nothing is written; --keep-going leaves refused operations out")));
+                    .remedy("mend the line, or leave refused operations out with --keep-going; nothing is written")));
             }
             Err(Stopped::Failed(failure)) => return Err(at(failure)),
         }
@@ -108,9 +121,9 @@ struct Live {
 }
 
 impl Live {
-    fn new(mut scene: Scene, args: &EditArgs, session: Session) -> Result<Self, Failure> {
+    fn new(mut scene: Scene, args: &EditArgs, session: Session, max_bytes: u64) -> Result<Self, Failure> {
         scene.prepare_edits();
-        let options = DeriveOptions { live: true, ..DeriveOptions::default() };
+        let options = DeriveOptions { live: true, max_bytes, ..DeriveOptions::default() };
         let mut derived = DerivedScene::derive(&scene, &options)
             .map_err(|e| Failure::bad_input(&args.scene, e.what).at(e.place).remedy(e.remedy))?;
         let batch = derived.load_batch();

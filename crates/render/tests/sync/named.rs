@@ -121,6 +121,17 @@ fn moving_a_whole_figure_deforms_nothing() {
 }
 
 #[test]
+fn a_material_that_gets_a_normal_map_brings_tangents_for_its_uv_set() {
+    let mut live = Live::new(scenes::wide(10));
+    let report = live.run(json!({"op": "set_material", "material": 1, "set": {"normalTexture": {"index": 1}}}));
+    assert_eq!(report.blas_built, 1);
+    let report = live.run(json!({"op": "set_material", "material": 1, "set": {"normalTexture": {"texCoord": 1}}}));
+    assert_eq!(report.blas_built, 1, "another set, other tangents");
+    let report = live.run(json!({"op": "set_material", "material": 1, "set": {"normalTexture": {"scale": 0.5}}}));
+    assert_eq!((report.blas_built, report.materials), (0, 1));
+}
+
+#[test]
 fn slots_that_are_free_are_taken_again() {
     let mut live = Live::new(scenes::wide(40));
     let rows = live.derived.render_nodes.len();

@@ -17,12 +17,17 @@ use std::sync::Arc;
 
 /// How an operation refers to an object.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a reference is an index, \"name:TEXT\" or \"$label\"")]
 pub enum Reference {
     /// By its index in the loaded file.
     Index(usize),
     /// `"name:TEXT"` or `"$label"`.
     Text(String),
+}
+
+/// A member that may be null, and has to be there: leaving it out is more likely a mistake than a wish.
+fn or_null<'de, T: Deserialize<'de>, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    Option::<T>::deserialize(deserializer)
 }
 
 /// Present, null or absent: what null means differs from what absence means.
@@ -106,6 +111,7 @@ pub enum Operation {
         material: Option<Reference>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         light: Option<Reference>,
+        #[serde(deserialize_with = "or_null")]
         name: Option<String>,
     },
     SetVisible {
@@ -114,19 +120,23 @@ pub enum Operation {
     },
     SetMesh {
         node: Reference,
+        #[serde(deserialize_with = "or_null")]
         mesh: Option<Reference>,
     },
     SetCamera {
         node: Reference,
+        #[serde(deserialize_with = "or_null")]
         camera: Option<Reference>,
     },
     SetSkin {
         node: Reference,
+        #[serde(deserialize_with = "or_null")]
         skin: Option<Reference>,
     },
     AssignMaterial {
         mesh: Reference,
         primitive: usize,
+        #[serde(deserialize_with = "or_null")]
         material: Option<Reference>,
     },
     DuplicateMaterial {
@@ -153,6 +163,7 @@ pub enum Operation {
         node: Reference,
     },
     SelectVariant {
+        #[serde(deserialize_with = "or_null")]
         variant: Option<VariantReference>,
     },
     MergeScene {

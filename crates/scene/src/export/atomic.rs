@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The folder of a file.
 pub fn folder(path: &Path) -> &Path {
@@ -12,8 +12,25 @@ pub fn folder(path: &Path) -> &Path {
     }
 }
 
+/// The file that is to be replaced: where a link leads, and nothing but a regular file.
+fn target(path: &Path) -> io::Result<PathBuf> {
+    let path = match std::fs::symlink_metadata(path) {
+        Ok(metadata) if metadata.is_symlink() => std::fs::canonicalize(path)?,
+        _ => path.to_owned(),
+    };
+    match std::fs::metadata(&path) {
+        Ok(metadata) if !metadata.is_file() => {
+            let what = "what is there is no regular file, and is not replaced; name another file";
+            Err(io::Error::new(io::ErrorKind::InvalidInput, what))
+        }
+        _ => Ok(path),
+    }
+}
+
 /// Writes a file by `fill`. Until everything is on the disk, what was at `path` before stays.
 pub fn write<T, E: From<io::Error>>(path: &Path, fill: impl FnOnce(&mut dyn Write) -> Result<T, E>) -> Result<T, E> {
+    let target = target(path)?;
+    let path = target.as_path();
     let folder = folder(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".orthant-").suffix(".part");

@@ -59,7 +59,8 @@ impl Sync<'_> {
         pose: Option<&SkinPose>,
     ) -> Result<GeometryStreams, DeriveError> {
         let emissive = vec![emissive; primitives.len()];
-        GeometryPlan::new(self.scene, primitives, &emissive, &Budget::new(u64::MAX))?.decode(&|_| pose.cloned())
+        GeometryPlan::new(self.scene, primitives, &emissive, &Budget::new(self.live.max_bytes))?
+            .decode(&|_| pose.cloned())
     }
 
     /// Gives new geometry its place and its BLAS.
@@ -174,15 +175,15 @@ impl Sync<'_> {
         }
     }
 
-    /// Gives shared geometry tangents, if a material of a use of it wants them and it has none. Its BLAS is the same, but its
+    /// Gives shared geometry tangents, if a material of a use of it wants others than it has. Its BLAS is the same, but its
     /// place is another.
     pub(super) fn want_tangents(&mut self, slot: u32, mesh: MeshId, primitive: usize) -> Result<(), DeriveError> {
         let has = self.derived.primitives[slot as usize].tangents_from_uv;
         let wanted = tangents_wanted(self.scene, &self.scene.meshes()[mesh].primitives[primitive]);
         // The mesh that it was found at first may be gone.
-        let found = RenderPrimitive { mesh, primitive, deformed_by: None, tangents_from_uv: has.or(wanted) };
+        let found = RenderPrimitive { mesh, primitive, deformed_by: None, tangents_from_uv: wanted.or(has) };
         self.derived.primitives[slot as usize] = found;
-        if has.is_some() || wanted.is_none() {
+        if wanted.is_none() || has == wanted {
             return Ok(());
         }
         let old = self.derived.mesh_descs[slot as usize];

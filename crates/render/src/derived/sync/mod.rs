@@ -73,6 +73,10 @@ pub(crate) struct Live {
     asked_variant: Option<VariantId>,
     variant: Option<VariantId>,
     images: bool,
+    /// Most bytes that one sync may decode or add.
+    max_bytes: u64,
+    /// By material row: the UV set that its normal map wants tangents for.
+    tangent_sets: Vec<Option<u32>>,
     registry: Registry,
     textures: TextureTable,
     /// By material row.
@@ -170,6 +174,8 @@ impl Live {
             asked_variant: options.variant,
             variant: options.variant.or(scene.shown_variant()),
             images: options.images,
+            max_bytes: options.max_bytes,
+            tangent_sets: resources::tangent_sets(scene),
             registry: Registry::new(scene, table),
             textures: kept.textures,
             mean_emission: kept.mean_emission,

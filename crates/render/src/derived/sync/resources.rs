@@ -9,10 +9,26 @@ use crate::derived::render_nodes::node_flags;
 use crate::geometry::RenderPrimitive;
 use glam::Vec3;
 use orthant_resident::rows::{MaterialRow, MeshDesc, NONE};
+use orthant_scene::Scene;
 use orthant_scene::edit::ChangeSet;
-use orthant_scene::model::{AnyId, MaterialId, MeshId, NodeId, Store};
+use orthant_scene::model::{AnyId, Material, MaterialId, MeshId, NodeId, Store};
 use orthant_scene::visit::Owner;
 use std::collections::BTreeSet;
+
+/// The UV set of a material's normal map.
+fn tangent_set(material: &Material) -> Option<u32> {
+    let info = material.normal_texture.as_ref()?;
+    Some(info.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord))
+}
+
+/// [`tangent_set`] of all materials, by row.
+pub(super) fn tangent_sets(scene: &Scene) -> Vec<Option<u32>> {
+    let mut sets = vec![None; scene.materials().slot_bound() + 1];
+    for (id, material) in scene.materials().iter() {
+        sets[material_row(Some(id)) as usize] = tangent_set(material);
+    }
+    sets
+}
 
 impl Sync<'_> {
     pub(super) fn resources(&mut self, changes: &ChangeSet) -> Result<(), DeriveError> {
@@ -150,8 +166,12 @@ impl Sync<'_> {
         let shines = |row: &MaterialRow| (row.emissive, row.flags);
         let flags_changed = node_flags(&old) != node_flags(&new);
         let emission_changed = shines(&old) != shines(&new) || old_mean != mean;
-        let tangents_changed = (old.normal_texture.texture == NONE) != (new.normal_texture.texture == NONE)
-            || old.normal_texture.uv_set != new.normal_texture.uv_set;
+        // What the document says counts, also where the image of the normal map is missing.
+        let wanted = self.scene.materials().get(id).and_then(tangent_set);
+        if row >= self.live.tangent_sets.len() {
+            self.live.tangent_sets.resize(row + 1, None);
+        }
+        let tangents_changed = std::mem::replace(&mut self.live.tangent_sets[row], wanted) != wanted;
         if !flags_changed && !emission_changed && !tangents_changed {
             return Ok(());
         }

@@ -30,12 +30,19 @@ impl Sync<'_> {
         let deformed = self.live.registry.deformed(id).map(|d| d.render_primitives.clone());
         let node = self.derived.hierarchy.nodes[entry as usize];
         let instancing = self.scene.nodes()[id].instancing.as_deref();
+        let count = uses.len().saturating_mul(if instancing.is_some() { instance_count(self.scene, &node) } else { 1 });
+        let bytes = (count as u64).saturating_mul(size_of::<RenderNodeRow>() as u64);
+        if bytes > self.live.max_bytes {
+            let what =
+                format!("its {count} render nodes need {bytes} bytes, over the limit of {}", self.live.max_bytes);
+            let place = format!("/nodes/{}", Store::<_, ()>::slot(id));
+            return Err(DeriveError::new(place, what, "raise --max-memory, or use fewer instances"));
+        }
         let instances = match instancing {
             Some(instancing) => Some(Instances::read(self.scene, instancing, &node)?),
             None => None,
         };
         let instance_count = if instancing.is_some() { instance_count(self.scene, &node) } else { 1 };
-        let count = uses.len().saturating_mul(instance_count);
         let first = u32::try_from(count).ok().and_then(|count| self.claim_render_nodes(entry, count));
         let Some(first) = first else {
             let what = format!("the scene has too many render nodes; at most {} fit", NONE - 1);

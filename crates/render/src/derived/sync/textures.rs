@@ -64,7 +64,7 @@ impl Sync<'_> {
         if let Some(found) = self.resident_row(id, material) {
             return Ok(found);
         }
-        let limits = ImageLimits { max_bytes: u64::MAX, levels: Levels::All };
+        let limits = ImageLimits { max_bytes: self.live.max_bytes, levels: Levels::All };
         let limits = self.live.images.then_some(limits);
         let new = derive_some(self.scene, &[id], limits, &mut self.derived.warnings)?;
         let (mut row, mean) = (new.rows[0], new.mean_emission[0]);
