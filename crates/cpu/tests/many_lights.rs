@@ -137,6 +137,7 @@ fn moved_lamps_are_sampled_where_they_are() {
         emitter_triangles: RowWrites::none(whole.emitter_triangles.len),
         emitters: RowWrites::none(whole.emitters.len),
         render_nodes: moved.render_nodes.clone(),
+        scene_radius: moved.scene_radius,
         tlas: TlasAction::Rebuild,
         ..lamps().batch()
     };

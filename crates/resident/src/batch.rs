@@ -130,6 +130,9 @@ pub struct SceneBatch {
     pub render_nodes: RowWrites<RenderNodeRow>,
     /// What the TLAS needs.
     pub tlas: TlasAction,
+    /// Radius in metres of the scene after this batch ([`crate::extent::scene_radius`] of its rows): what lights at infinity
+    /// shine on.
+    pub scene_radius: f32,
 }
 
 impl SceneBatch {

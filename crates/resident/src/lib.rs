@@ -8,7 +8,8 @@
 //! * [`sampling`], [`math`], [`energy`]: the random numbers, warps, polynomials and tables that every backend computes
 //!   alike;
 //! * [`tonemap`]: from radiance to what a display shows;
-//! * [`spans`]: which parts of a buffer are in use;
+//! * [`spans`]: which parts of a buffer are in use; [`slot_tree`]: one value over all rows of a buffer;
+//! * [`extent`]: the radius of a scene;
 //! * [`backend`]: the [`Backend`] trait.
 //!
 //! Nothing here knows of glTF. Coordinates are right-handed with Y up, in metres, relative to the origin of the
@@ -19,12 +20,14 @@ pub mod batch;
 pub mod camera;
 pub mod energy;
 pub mod environment;
+pub mod extent;
 pub mod film;
 pub mod frame;
 pub mod image;
 pub mod math;
 pub mod rows;
 pub mod sampling;
+pub mod slot_tree;
 pub mod spans;
 pub mod tonemap;
 

@@ -91,6 +91,12 @@ pub(super) fn check_batch(batch: &SceneBatch) -> Result<(), BackendError> {
             batch.positions.len, batch.vertices.len
         )));
     }
+    if !(batch.scene_radius > 0.0 && batch.scene_radius.is_finite()) {
+        return Err(BackendError::InvalidBatch(format!(
+            "the scene's radius is {}; it must be positive",
+            batch.scene_radius
+        )));
+    }
     for write in &batch.images {
         if let Some(image) = &write.image
             && !is_sound(image)

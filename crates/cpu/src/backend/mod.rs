@@ -31,7 +31,7 @@ impl CpuBackend {
     pub fn new() -> Self {
         let mut backend = Self::default();
         backend.lights.set_environment(&Environment::none());
-        backend.lights.update_radius(&backend.scene);
+        backend.lights.radius = 1.0;
         backend
     }
 
@@ -89,11 +89,10 @@ impl Backend for CpuBackend {
         let lights_changed = !batch.lights.ranges.is_empty() || batch.lights.len as usize != self.scene.lights.len();
         let rows = &batch.emitters;
         let emitters_changed = !rows.ranges.is_empty() || rows.len as usize != self.scene.emitters.len();
+        let scene_radius = batch.scene_radius;
         let report = self.scene.apply(batch)?;
         self.end_job();
-        if instances_changed {
-            self.lights.update_radius(&self.scene);
-        }
+        self.lights.radius = scene_radius;
         if lights_changed {
             self.lights.update_punctual(&self.scene);
         }

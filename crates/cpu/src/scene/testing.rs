@@ -32,6 +32,7 @@ pub(crate) fn empty_batch() -> SceneBatch {
         emitters: RowWrites::none(0),
         render_nodes: RowWrites::none(0),
         tlas: TlasAction::None,
+        scene_radius: 1.0,
     }
 }
 

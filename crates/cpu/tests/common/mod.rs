@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use orthant_cpu::CpuBackend;
 use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
 use orthant_resident::camera::Projection;
+use orthant_resident::extent::scene_radius;
 use orthant_resident::film::Film;
 use orthant_resident::frame::{Estimator, Frame, PixelFilter, Tile};
 use orthant_resident::image::{ImageData, Sampling};
@@ -251,6 +252,7 @@ impl SceneBuilder {
                 reserved: [0; 3],
             });
         }
+        let scene_radius = scene_radius(&render_nodes, &descs);
         SceneBatch {
             expected_revision: 0,
             new_revision: 1,
@@ -269,6 +271,7 @@ impl SceneBuilder {
             lights: RowWrites::whole(self.lights.clone()),
             emitter_triangles: RowWrites::whole(emitter_triangles),
             emitters: RowWrites::whole(emitters),
+            scene_radius,
             render_nodes: RowWrites::whole(render_nodes),
             tlas: TlasAction::Rebuild,
         }

@@ -24,6 +24,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use hierarchy::{DerivedNode, Hierarchy};
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
+use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
 use orthant_scene::model::{NodeId, SceneId, Store, VariantId};
@@ -182,6 +183,7 @@ impl DerivedScene {
             emitters: RowWrites::whole(self.emitters.clone()),
             render_nodes: RowWrites::whole(self.render_nodes.clone()),
             tlas: TlasAction::Rebuild,
+            scene_radius: scene_radius(&self.render_nodes, &self.mesh_descs),
         }
     }
 

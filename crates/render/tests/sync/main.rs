@@ -11,6 +11,7 @@ mod scenes;
 use orthant_render::derived::sync::SyncReport;
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::SceneBatch;
+use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, RenderNodeRow};
 use orthant_scene::Scene;
 use orthant_scene::edit::script::{Operation, Session};
@@ -31,6 +32,7 @@ struct Copy {
     emitters: Vec<EmitterRow>,
     render_nodes: Vec<RenderNodeRow>,
     blas: Vec<bool>,
+    scene_radius: f32,
 }
 
 impl Copy {
@@ -44,6 +46,7 @@ impl Copy {
         batch.lights.apply_to(&mut self.lights);
         batch.emitters.apply_to(&mut self.emitters);
         batch.render_nodes.apply_to(&mut self.render_nodes);
+        self.scene_radius = batch.scene_radius;
         self.blas.resize(self.mesh_descs.len(), false);
         batch.blas_frees.iter().for_each(|&slot| self.blas[slot as usize] = false);
         batch.blas_builds.iter().for_each(|&slot| self.blas[slot as usize] = true);
@@ -103,9 +106,10 @@ impl Live {
             ("lights", copy.lights == derived.lights),
             ("emitters", copy.emitters == derived.emitters),
             ("mesh descs", copy.mesh_descs == derived.mesh_descs),
+            ("radius", copy.scene_radius == scene_radius(&copy.render_nodes, &copy.mesh_descs)),
         ] {
             if !same {
-                return Err(format!("the copy's {what} are others"));
+                return Err(format!("the copy has others: {what}"));
             }
         }
         for (i, desc) in derived.mesh_descs.iter().enumerate() {

@@ -7,7 +7,7 @@
 
 use crate::environment::Sun;
 use crate::math::luminance;
-use crate::rows::{LightKind, LightRow, MeshDesc, NodeFlags, RenderNodeRow};
+use crate::rows::{LightKind, LightRow};
 use crate::sampling::light_tree::{LightBounds, LightTree};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -65,27 +65,6 @@ pub fn distant_power(integral: f32, radius: f32) -> f32 {
 /// Irradiance in W/m^2 that the sun's disc gives to a surface that faces it, as luminance.
 pub fn sun_integral(sun: &Sun) -> f32 {
     luminance(Vec3::from_array(sun.radiance)) * 2.0 * PI * (1.0 - sun.cos_radius)
-}
-
-/// Radius in metres of a sphere about everything that is seen, from the bounds of the MeshDescs; 1 for an empty scene. It
-/// weighs lights at infinity, so that its precision does not matter, but every backend has to compute it alike.
-pub fn scene_radius(render_nodes: &[RenderNodeRow], mesh_descs: &[MeshDesc]) -> f32 {
-    let (mut lo, mut hi) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for node in render_nodes.iter().filter(|n| n.flags & NodeFlags::VISIBLE != 0) {
-        let Some(desc) = mesh_descs.get(node.primitive as usize) else { continue };
-        let (a, b) = (Vec3::from(desc.bounds_min), Vec3::from(desc.bounds_max));
-        let center = node.world.transform_point((a + b) * 0.5);
-        let half = (b - a) * 0.5;
-        let r = &node.world.rows;
-        let extent = |i: usize| r[i][0].abs() * half.x + r[i][1].abs() * half.y + r[i][2].abs() * half.z;
-        let half = Vec3::new(extent(0), extent(1), extent(2));
-        if (center + half).is_finite() && (center - half).is_finite() {
-            lo = lo.min(center - half);
-            hi = hi.max(center + half);
-        }
-    }
-    let radius = 0.5 * (hi - lo).length();
-    if radius > 0.0 && radius.is_finite() { radius } else { 1.0 }
 }
 
 /// The choice of candidates among the punctual lights.
@@ -170,17 +149,6 @@ mod tests {
         assert_eq!(LightKinds::from_powers(0.0, 3.0, f32::NAN).environment, 1.0);
         assert!(LightKinds::from_powers(0.0, 0.0, 0.0).is_empty());
         assert!(!LightKinds::from_powers(f32::INFINITY, 1.0, 0.0).environment.is_nan());
-    }
-
-    #[test]
-    fn the_radius_is_that_of_what_is_seen() {
-        let desc = MeshDesc { bounds_min: [-1.0; 3], bounds_max: [1.0; 3], ..bytemuck::Zeroable::zeroed() };
-        let mut near = RenderNodeRow { primitive: 0, flags: NodeFlags::VISIBLE, ..RenderNodeRow::HOLE };
-        near.world.rows[0][3] = 4.0;
-        let hidden = RenderNodeRow { flags: 0, ..near };
-        let radius = scene_radius(&[near, RenderNodeRow::HOLE, hidden], &[desc]);
-        assert!((radius - 3f32.sqrt()).abs() < 1e-6);
-        assert_eq!(scene_radius(&[], &[desc]), 1.0);
     }
 
     fn row(kind: LightKind, color: f32) -> LightRow {

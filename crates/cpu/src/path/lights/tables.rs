@@ -5,7 +5,7 @@ use orthant_resident::Environment;
 use orthant_resident::environment::{EnvironmentMap, Sun};
 use orthant_resident::math::{safe_normalize, sin_cos_turns};
 use orthant_resident::sampling::light_tree::{LightBounds, LightTree};
-use orthant_resident::sampling::lights::{distant_power, scene_radius, sun_integral};
+use orthant_resident::sampling::lights::{distant_power, sun_integral};
 use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -59,11 +59,6 @@ impl LightTables {
                 cos_radius: sun.cos_radius,
             }
         });
-    }
-
-    /// Takes over the extent of the scene. It visits every RenderNode: to be called when instances have changed.
-    pub fn update_radius(&mut self, scene: &ResidentScene) {
-        self.radius = scene_radius(&scene.render_nodes, &scene.mesh_descs);
     }
 
     /// Takes over the punctual lights.

@@ -25,6 +25,16 @@ impl DirtyRows {
         }
     }
 
+    /// Whether a row is marked.
+    pub fn is_marked(&self, row: u32) -> bool {
+        self.bits.get(row as usize / 64).is_some_and(|word| word & 1 << (row % 64) != 0)
+    }
+
+    /// The rows that are marked, in the order in which they were.
+    pub fn marked(&self) -> &[u32] {
+        &self.rows
+    }
+
     /// How many rows are marked.
     pub fn len(&self) -> usize {
         self.rows.len()

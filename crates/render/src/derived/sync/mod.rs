@@ -9,6 +9,7 @@
 //! nodes, lights and emitters ([`rows`]); the batch.
 
 mod dirty;
+mod extent;
 mod geometry;
 mod nodes;
 pub mod oracle;
@@ -26,6 +27,7 @@ use super::{DeriveOptions, DerivedScene};
 use crate::DeriveError;
 use crate::geometry::{GeometryStore, SkinPose};
 use dirty::DirtyRows;
+use extent::SceneExtent;
 use glam::Vec3;
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{ImageWrite, TlasAction};
@@ -93,6 +95,7 @@ pub(crate) struct Live {
     free_lights: Vec<u32>,
     free_emitters: Vec<u32>,
     tlas: TlasState,
+    extent: SceneExtent,
     dirty: Dirty,
     /// Rows that the backend has.
     resident: Resident,
@@ -192,6 +195,7 @@ impl Live {
             free_lights: Vec::new(),
             free_emitters: Vec::new(),
             tlas: TlasState::built(TlasPolicy::default(), &derived.render_nodes, &derived.mesh_descs),
+            extent: SceneExtent::new(&derived.render_nodes, &derived.mesh_descs),
             dirty: Dirty::default(),
             resident: Resident {
                 render_nodes: count(derived.render_nodes.len()),
@@ -278,6 +282,7 @@ impl Sync<'_> {
         let mut blas_frees = std::mem::take(&mut dirty.blas_frees);
         blas_frees.retain(|slot| blas_builds.binary_search(slot).is_err());
         report.primitives_changed = !dirty.mesh_descs.is_empty() || !blas_builds.is_empty() || !blas_frees.is_empty();
+        live.extent.update(dirty.render_nodes.marked(), &derived.render_nodes, &derived.mesh_descs);
         let resident = live.resident;
         let tlas = live.tlas.take(&derived.render_nodes, &derived.mesh_descs);
         let batch = SceneBatch {
@@ -298,6 +303,7 @@ impl Sync<'_> {
             emitters: dirty.emitters.writes(&derived.emitters, resident.emitters),
             render_nodes: dirty.render_nodes.writes(&derived.render_nodes, resident.render_nodes),
             tlas,
+            scene_radius: live.extent.radius(),
         };
         live.revision += 1;
         let count = |rows: usize| rows as u32;

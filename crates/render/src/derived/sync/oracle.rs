@@ -6,6 +6,7 @@ use crate::derived::hierarchy::DerivedNode;
 use crate::derived::{DeriveOptions, DerivedScene};
 use crate::geometry::RenderPrimitive;
 use glam::DVec3;
+use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{
     LightKind, LightRow, Mat3x4, MaterialRow, MeshDesc, MeshFlags, NONE, RenderNodeRow, TextureSlot,
 };
@@ -39,7 +40,8 @@ impl DerivedScene {
         check.nodes()?;
         check.holes()?;
         check.materials()?;
-        check.counts()
+        check.counts()?;
+        check.radius()
     }
 }
 
@@ -232,6 +234,16 @@ impl Check<'_> {
         if counts(self.synced) != counts(self.fresh) {
             let (a, b) = (counts(self.synced), counts(self.fresh));
             return Err(format!("there are {a:?} emitters and lights, and should be {b:?}"));
+        }
+        Ok(())
+    }
+
+    /// The radius that batches have said is exactly that of the rows.
+    fn radius(&self) -> Result<(), String> {
+        let (kept, rows) =
+            (self.live.extent.radius(), scene_radius(&self.synced.render_nodes, &self.synced.mesh_descs));
+        if kept != rows {
+            return Err(format!("the radius of the scene is {kept}, and should be {rows}"));
         }
         Ok(())
     }

@@ -63,6 +63,10 @@ impl Sync<'_> {
                     self.work.emission.push(row);
                 }
                 self.write_row(row, new);
+                // The row may be what it was, and its geometry another.
+                if self.live.dirty.mesh_descs.is_marked(primitive) {
+                    self.live.extent.reshaped(row);
+                }
                 row += 1;
             }
         }
