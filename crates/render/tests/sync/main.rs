@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod cost;
+mod exports;
 mod named;
 mod oracle;
 mod scenes;
@@ -51,6 +52,11 @@ impl Copy {
         batch.blas_frees.iter().for_each(|&slot| self.blas[slot as usize] = false);
         batch.blas_builds.iter().for_each(|&slot| self.blas[slot as usize] = true);
     }
+}
+
+/// Byte for byte: -0 and 0 are equal, and not the same.
+fn same<T: bytemuck::Pod>(a: &[T], b: &[T]) -> bool {
+    bytemuck::cast_slice::<T, u8>(a) == bytemuck::cast_slice::<T, u8>(b)
 }
 
 /// A scene with all that follows it.
@@ -101,11 +107,11 @@ impl Live {
         self.derived.check(&self.scene)?;
         let (copy, derived) = (&self.copy, &self.derived);
         for (what, same) in [
-            ("render nodes", copy.render_nodes == derived.render_nodes),
-            ("materials", copy.materials == derived.materials),
-            ("lights", copy.lights == derived.lights),
-            ("emitters", copy.emitters == derived.emitters),
-            ("mesh descs", copy.mesh_descs == derived.mesh_descs),
+            ("render nodes", same(&copy.render_nodes, &derived.render_nodes)),
+            ("materials", same(&copy.materials, &derived.materials)),
+            ("lights", same(&copy.lights, &derived.lights)),
+            ("emitters", same(&copy.emitters, &derived.emitters)),
+            ("mesh descs", same(&copy.mesh_descs, &derived.mesh_descs)),
             ("radius", copy.scene_radius == scene_radius(&copy.render_nodes, &copy.mesh_descs)),
         ] {
             if !same {

@@ -43,6 +43,9 @@ pub struct History {
     undone: Vec<Entry>,
     max_bytes: usize,
     bytes: usize,
+    /// Edits that no longer fitted.
+    #[serde(default)]
+    forgotten: u64,
 }
 
 impl Default for History {
@@ -55,7 +58,7 @@ impl Default for History {
 impl History {
     /// A history that forgets its oldest edits when it holds more than a number of bytes.
     pub fn new(max_bytes: usize) -> Self {
-        Self { done: VecDeque::new(), undone: Vec::new(), max_bytes, bytes: 0 }
+        Self { done: VecDeque::new(), undone: Vec::new(), max_bytes, bytes: 0, forgotten: 0 }
     }
 
     /// Applies an edit and remembers it. What had been undone is forgotten.
@@ -88,6 +91,7 @@ impl History {
         while self.bytes > self.max_bytes && self.done.len() > 1 {
             let Some(oldest) = self.done.pop_front() else { break };
             self.bytes -= oldest.bytes;
+            self.forgotten += 1;
             scene.forget(&oldest.inverse);
         }
         Ok(applied)
@@ -137,6 +141,11 @@ impl History {
     /// How many edits can be redone.
     pub fn undone(&self) -> usize {
         self.undone.len()
+    }
+
+    /// How many of the oldest edits have been forgotten, because the history would have held too many bytes.
+    pub fn forgotten(&self) -> u64 {
+        self.forgotten
     }
 
     /// Bytes that the history holds, parked objects included.

@@ -82,6 +82,11 @@ impl DirtyRows {
     }
 }
 
+/// Whether two rows are the same bytes. That is what is resident; -0 and 0 are equal numbers, and not the same.
+pub fn same_bytes<T: bytemuck::Pod>(a: &T, b: &T) -> bool {
+    bytemuck::bytes_of(a) == bytemuck::bytes_of(b)
+}
+
 fn fits(first: u32, end: u32, changed: u32) -> bool {
     let all = f64::from(end - first);
     (all - f64::from(changed)) <= MOST_WASTE * all

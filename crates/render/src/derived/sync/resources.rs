@@ -1,6 +1,7 @@
 //! Meshes, materials, lights and skins that were touched, and the nodes that show them.
 
 use super::Sync;
+use super::dirty::same_bytes;
 use super::registry::{GeometryKey, MeshUse};
 use crate::DeriveError;
 use crate::derived::material_row;
@@ -160,7 +161,7 @@ impl Sync<'_> {
         let (new, mean) = if is_there { self.material_row(id)? } else { (MaterialRow::DEFAULT, Vec3::ONE) };
         let old = std::mem::replace(&mut self.derived.materials[row], new);
         let old_mean = std::mem::replace(&mut self.live.mean_emission[row], mean);
-        if old != new {
+        if !same_bytes(&old, &new) {
             self.live.dirty.materials.mark(row as u32);
         }
         let shines = |row: &MaterialRow| (row.emissive, row.flags);

@@ -1,6 +1,7 @@
 //! Rows of render nodes, lights and emitters.
 
 use super::Sync;
+use super::dirty::same_bytes;
 use crate::DeriveError;
 use crate::derived::emitters::{emitter_row, shines};
 use crate::derived::lights;
@@ -76,7 +77,7 @@ impl Sync<'_> {
     /// Writes a render-node row, if it is another.
     pub(super) fn write_row(&mut self, index: u32, new: RenderNodeRow) {
         let old = std::mem::replace(&mut self.derived.render_nodes[index as usize], new);
-        if old == new {
+        if same_bytes(&old, &new) {
             return;
         }
         self.live.dirty.render_nodes.mark(index);
@@ -121,7 +122,8 @@ impl Sync<'_> {
                         }),
                         slot => slot,
                     };
-                    if std::mem::replace(&mut self.derived.emitters[slot as usize], emitter) != emitter {
+                    let old = std::mem::replace(&mut self.derived.emitters[slot as usize], emitter);
+                    if !same_bytes(&old, &emitter) {
                         self.live.dirty.emitters.mark(slot);
                     }
                     new.emitter = slot;
@@ -157,7 +159,8 @@ impl Sync<'_> {
         };
         debug_assert_eq!(node.node, id);
         self.derived.hierarchy.nodes[entry as usize].light = slot;
-        if std::mem::replace(&mut self.derived.lights[slot as usize], row) != row {
+        let old = std::mem::replace(&mut self.derived.lights[slot as usize], row);
+        if !same_bytes(&old, &row) {
             self.live.dirty.lights.mark(slot);
         }
     }

@@ -1,0 +1,75 @@
+//! A scene with all that follows it.
+
+use crate::rays;
+use orthant::job::validate::validate;
+use orthant_cpu::CpuBackend;
+use orthant_render::{DeriveOptions, DerivedScene};
+use orthant_resident::Backend;
+use orthant_scene::Scene;
+use orthant_scene::edit::Cursor;
+use orthant_scene::edit::script::{Operation, Session};
+use orthant_scene::import::ImportOptions;
+use std::path::Path;
+
+/// The scene, its history, and what was derived from it.
+pub struct Follower {
+    pub scene: Scene,
+    pub session: Session,
+    derived: DerivedScene,
+    backend: Option<CpuBackend>,
+    cursor: Cursor,
+}
+
+fn options(scene: &Scene) -> DeriveOptions {
+    // Encoded images are decoded by every full derivation: in the scenes of the tests they are small.
+    let encoded: usize = scene.images().values().map(|image| image.data.as_ref().map_or(0, |data| data.len())).sum();
+    DeriveOptions { live: true, images: encoded < 1 << 16, ..DeriveOptions::default() }
+}
+
+impl Follower {
+    pub fn new(scene: &Scene, with_backend: bool) -> Result<Self, String> {
+        let mut scene = scene.clone();
+        scene.prepare_edits();
+        let mut derived = DerivedScene::derive(&scene, &options(&scene)).map_err(|e| e.to_string())?;
+        let mut backend = with_backend.then(CpuBackend::new);
+        let batch = derived.load_batch();
+        if let Some(backend) = &mut backend {
+            backend.apply(batch).map_err(|e| format!("the backend refuses the scene: {e}"))?;
+        }
+        let cursor = scene.change_log().cursor();
+        Ok(Self { scene, session: Session::new(Path::new("."), ImportOptions::default()), derived, backend, cursor })
+    }
+
+    /// One operation, followed. `false` if it was refused.
+    pub fn step(&mut self, operation: &Operation) -> Result<bool, String> {
+        if self.session.run(&mut self.scene, operation).is_err() {
+            return Ok(false);
+        }
+        let changes = self.scene.change_log().take(&mut self.cursor).ok_or("the log of changes is too short")?;
+        let (batch, _) = self.derived.sync(&self.scene, &changes).map_err(|e| format!("sync: {e}"))?;
+        if let Some(backend) = &mut self.backend {
+            backend.apply(batch).map_err(|e| format!("the backend refuses the batch: {e}"))?;
+        }
+        Ok(true)
+    }
+
+    /// The incremental state against a full derivation, and what is resident against the incremental state.
+    pub fn check(&self) -> Result<(), String> {
+        self.derived.check(&self.scene)?;
+        match &self.backend {
+            Some(backend) => validate(&self.derived, backend.scene()).map_err(|failure| failure.to_string()),
+            None => Ok(()),
+        }
+    }
+
+    /// The hits of random rays against those of a backend that was loaded from a full derivation. Gives how many rays
+    /// were compared.
+    pub fn check_rays(&self, seed: u64) -> Result<u64, String> {
+        let Some(backend) = &self.backend else { return Ok(0) };
+        let mut fresh = DerivedScene::derive(&self.scene, &options(&self.scene)).map_err(|e| e.to_string())?;
+        let mut loaded = CpuBackend::new();
+        let batch = fresh.load_batch();
+        loaded.apply(batch).map_err(|e| format!("a backend refuses the full derivation: {e}"))?;
+        rays::compare((&self.derived, backend.scene()), (&fresh, loaded.scene()), seed)
+    }
+}

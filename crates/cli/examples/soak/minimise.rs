@@ -1,0 +1,57 @@
+//! Shorter scripts that fail as well: by leaving out halves, then quarters, and so on (delta debugging: Zeller and
+//! Hildebrandt, Simplifying and isolating failure-inducing input, 2002).
+
+use crate::follow::Follower;
+use crate::sequence::{Finding, Source, guarded};
+use orthant_scene::edit::script::Operation;
+use std::time::{Duration, Instant};
+
+/// Time that it may take.
+const LIMIT: Duration = Duration::from_secs(600);
+
+/// The shortest script that was found, and what it fails with.
+pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
+    let Finding { mut script, mut what } = finding;
+    // A comparison after each operation finds where it began to be wrong, and costs most: once.
+    if let Some((length, earlier)) = failure(source, &script, true) {
+        script.truncate(length);
+        what = earlier;
+    }
+    let start = Instant::now();
+    let mut size = script.len().div_ceil(2);
+    while size > 0 && start.elapsed() < LIMIT {
+        let mut first = 0;
+        while first < script.len() && start.elapsed() < LIMIT {
+            let end = (first + size).min(script.len());
+            let shorter: Vec<Operation> = [&script[..first], &script[end..]].concat();
+            match failure(source, &shorter, false) {
+                Some((length, now)) => {
+                    script = shorter;
+                    script.truncate(length);
+                    what = now;
+                }
+                None => first = end,
+            }
+        }
+        size = if size == 1 { 0 } else { size.div_ceil(2) };
+    }
+    (script, what)
+}
+
+/// After how many operations a script fails, and with what. The state is compared after each of them, or at the end.
+fn failure(source: &Source, script: &[Operation], after_each: bool) -> Option<(usize, String)> {
+    let mut done = 0;
+    let result = guarded(|| {
+        let mut follower = Follower::new(&source.scene, source.with_backend)?;
+        for operation in script {
+            done += 1;
+            follower.step(operation)?;
+            if after_each {
+                follower.check()?;
+            }
+        }
+        follower.check()?;
+        (0..4).try_for_each(|seed| follower.check_rays(seed).map(|_| ()))
+    });
+    result.err().map(|what| (done, what))
+}
