@@ -1,6 +1,6 @@
 //! A scene with all that follows it.
 
-use crate::rays;
+use crate::{geometry, rays};
 use orthant::job::validate::validate;
 use orthant_cpu::CpuBackend;
 use orthant_render::{DeriveOptions, DerivedScene};
@@ -62,7 +62,7 @@ impl Follower {
         }
     }
 
-    /// The hits of random rays against those of a backend that was loaded from a full derivation. Gives how many rays
+    /// Resident geometry and the hits of random rays against those of a backend that was loaded from a full derivation. Gives how many rays
     /// were compared.
     pub fn check_rays(&self, seed: u64) -> Result<u64, String> {
         let Some(backend) = &self.backend else { return Ok(0) };
@@ -70,6 +70,8 @@ impl Follower {
         let mut loaded = CpuBackend::new();
         let batch = fresh.load_batch();
         loaded.apply(batch).map_err(|e| format!("a backend refuses the full derivation: {e}"))?;
-        rays::compare((&self.derived, backend.scene()), (&fresh, loaded.scene()), seed)
+        let (synced, fresh) = ((&self.derived, backend.scene()), (&fresh, loaded.scene()));
+        geometry::compare(synced, fresh)?;
+        rays::compare(synced, fresh, seed)
     }
 }

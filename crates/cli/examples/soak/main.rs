@@ -11,6 +11,7 @@
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
 mod follow;
+mod geometry;
 mod minimise;
 mod rays;
 #[path = "../../../render/tests/sync/scenes.rs"]
@@ -20,6 +21,7 @@ mod sequence;
 use clap::Parser;
 use orthant::failure::{Exit, Failure};
 use orthant_scene::Scene;
+use orthant_scene::edit::script::Operation;
 use orthant_scene::export::{ExportOptions, gltf::to_glb};
 use orthant_scene::import::{ImportOptions, import_path};
 use sequence::{Finding, Source, Tally};
@@ -43,6 +45,9 @@ struct Args {
     /// Seed of the first sequence; each further one takes the next
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    /// Leave the first N sequences out: what one of them found is found again at once
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    skip: usize,
     /// Run sequences, over all scenes in turn, for so long [default: one sequence for each scene]
     #[arg(long, value_name = "M")]
     minutes: Option<f64>,
@@ -58,6 +63,9 @@ struct Args {
     /// Threads of derivations; 0 takes all
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
+    /// Instead of random edits, replay a script over the scenes, and compare after each operation
+    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "minutes")]
+    replay: Option<PathBuf>,
     /// Write the scene that each sequence leads to into this folder, before everything is undone, as .glb
     #[arg(long, value_name = "FOLDER")]
     export: Option<PathBuf>,
@@ -89,11 +97,14 @@ fn run(args: &Args) -> Result<(), Failure> {
     for folder in args.export.iter().chain([&args.findings]) {
         std::fs::create_dir_all(folder).map_err(|e| Failure::io(folder, "make the folder", &e))?;
     }
+    if let Some(path) = &args.replay {
+        return replay(path, &sources);
+    }
     let start = Instant::now();
     let limit = args.minutes.map(|minutes| Duration::from_secs_f64(minutes.max(0.0) * 60.0));
-    let goes_on = |i: usize| limit.map_or(i < sources.len(), |limit| start.elapsed() < limit);
+    let goes_on = |i: usize| limit.map_or(i < args.skip + sources.len(), |limit| start.elapsed() < limit);
     let mut sum = Tally::default();
-    let mut sequences = 0;
+    let mut sequences = args.skip;
     while goes_on(sequences) {
         let source = &sources[sequences % sources.len()];
         let seed = args.seed.wrapping_add(sequences as u64);
@@ -106,7 +117,32 @@ fn run(args: &Args) -> Result<(), Failure> {
             return Err(report(args, source, seed, finding)?);
         }
     }
-    println!("{sequences} sequences: {sum}, {:.1} minutes; nothing found", start.elapsed().as_secs_f64() / 60.0);
+    println!(
+        "{} sequences: {sum}, {:.1} minutes; nothing found",
+        sequences - args.skip,
+        start.elapsed().as_secs_f64() / 60.0
+    );
+    Ok(())
+}
+
+/// Runs a script over each scene.
+fn replay(path: &Path, sources: &[Source]) -> Result<(), Failure> {
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::io(path, "read the script", &e))?;
+    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    let parse = |(number, line): (usize, &str)| {
+        let bad = |e: orthant_scene::edit::EditError| {
+            Failure::bad_input(path, e.to_string()).at(format!("line {}", number + 1))
+        };
+        Operation::parse(line).map_err(bad)
+    };
+    let script: Vec<Operation> = lines.map(parse).collect::<Result<_, _>>()?;
+    for source in sources {
+        if let Some((done, what)) = minimise::failure(source, &script, true) {
+            let what = format!("after {done} operations: {what}");
+            return Err(Failure::new(Exit::CheckFailed, what).in_file(&source.path));
+        }
+        println!("{}: {} operations; nothing found", source.name, script.len());
+    }
     Ok(())
 }
 

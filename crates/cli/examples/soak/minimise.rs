@@ -17,6 +17,7 @@ pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
         script.truncate(length);
         what = earlier;
     }
+    let wanted = kind(&what);
     let start = Instant::now();
     let mut size = script.len().div_ceil(2);
     while size > 0 && start.elapsed() < LIMIT {
@@ -25,12 +26,12 @@ pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
             let end = (first + size).min(script.len());
             let shorter: Vec<Operation> = [&script[..first], &script[end..]].concat();
             match failure(source, &shorter, false) {
-                Some((length, now)) => {
+                Some((length, now)) if kind(&now) == wanted => {
                     script = shorter;
                     script.truncate(length);
                     what = now;
                 }
-                None => first = end,
+                _ => first = end,
             }
         }
         size = if size == 1 { 0 } else { size.div_ceil(2) };
@@ -38,8 +39,16 @@ pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
     (script, what)
 }
 
+/// What sort of failure it is: its first words without the numbers. A shorter script for another failure shows nothing.
+fn kind(what: &str) -> String {
+    what.split([' ', ':'])
+        .filter(|word| !word.is_empty() && !word.contains(|c: char| c.is_ascii_digit()))
+        .take(5)
+        .collect()
+}
+
 /// After how many operations a script fails, and with what. The state is compared after each of them, or at the end.
-fn failure(source: &Source, script: &[Operation], after_each: bool) -> Option<(usize, String)> {
+pub fn failure(source: &Source, script: &[Operation], after_each: bool) -> Option<(usize, String)> {
     let mut done = 0;
     let result = guarded(|| {
         let mut follower = Follower::new(&source.scene, source.with_backend)?;
@@ -48,6 +57,7 @@ fn failure(source: &Source, script: &[Operation], after_each: bool) -> Option<(u
             follower.step(operation)?;
             if after_each {
                 follower.check()?;
+                follower.check_rays(done as u64)?;
             }
         }
         follower.check()?;

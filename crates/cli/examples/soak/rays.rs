@@ -11,7 +11,8 @@ const RAYS: usize = 64;
 /// How far hits may be apart, relative to the numbers that they come from: matrices were rounded on different ways.
 const TOLERANCE: f64 = 1e-4;
 
-type Side<'s> = (&'s DerivedScene, &'s ResidentScene);
+/// What was derived, and what is resident of it.
+pub type Side<'s> = (&'s DerivedScene, &'s ResidentScene);
 
 /// Compares hits; slots are numbered differently on both sides, nodes and triangles are not. Gives how many rays hit.
 pub fn compare(synced: Side<'_>, fresh: Side<'_>, seed: u64) -> Result<u64, String> {

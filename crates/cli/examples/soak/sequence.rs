@@ -6,7 +6,7 @@ use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
 use orthant_scene::edit::random::{Choice, Choices, operation};
 use orthant_scene::edit::script::Operation;
-use orthant_scene::export::{ExportOptions, gltf::to_glb};
+use orthant_scene::export::{ExportOptions, Images, gltf::to_glb};
 use orthant_scene::model::Kind;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -156,7 +156,10 @@ fn drive(
 }
 
 fn glb(scene: &Scene) -> Result<Vec<u8>, String> {
-    to_glb(scene, &ExportOptions::default()).map(|files| files.document).map_err(|e| e.to_string())
+    let mut options = ExportOptions::default();
+    // There are no files beside what is compared and validated.
+    options.images = Images::Embed;
+    to_glb(scene, &options).map(|files| files.document).map_err(|e| e.to_string())
 }
 
 /// Takes everything back that the history holds. If it holds all, the scene is the one that was loaded.

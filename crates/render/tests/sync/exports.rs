@@ -76,11 +76,14 @@ fn again(scene: &Scene) -> [Scene; 2] {
         import_slice(bytes, folder, name, &ImportOptions::default()).unwrap().scene
     };
     let glb = gltf::to_glb(scene, &ExportOptions::default()).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.gltf");
+    let folder = std::env::temp_dir().join(format!("orthant-exports-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("a.gltf");
     orthant_scene::export::export_path(scene, &path, &ExportOptions::default()).unwrap();
     let text = std::fs::read(&path).unwrap();
-    [import(glb.document, "a.glb", None), import(text, "a.gltf", Some(folder.path()))]
+    let both = [import(glb.document, "a.glb", None), import(text, "a.gltf", Some(&folder))];
+    std::fs::remove_dir_all(&folder).unwrap();
+    both
 }
 
 fn variant_of_the_same_name(scene: &Scene, again: &mut Scene) {

@@ -50,6 +50,39 @@ fn hiding_one_and_showing_another_at_once_is_a_rebuild() {
 }
 
 #[test]
+fn a_joint_that_is_not_shown_deforms_what_is() {
+    let mut live = Live::new(scenes::skinned());
+    // Node 7 is a joint of the figure that node 5 shows; node 9 is in a scene that is not shown.
+    live.run(json!({"op": "reparent", "node": 7, "parent": 9}));
+    let before = live.copy.positions.clone();
+    live.run(json!({"op": "set_transform", "node": 9, "translation": [0, 0, 3]}));
+    assert!(live.copy.positions != before, "the figure has followed");
+    live.run(json!({"op": "undo", "count": 2}));
+}
+
+#[test]
+fn other_geometry_in_the_slot_of_an_unchanged_row_is_no_unchanged_tlas() {
+    let mut live = Live::new(scenes::skinned());
+    live.run(json!({"op": "set_transform", "node": 2, "translation": [0, 0, 0]}));
+    let before = rows(&live, 1);
+    // What node 1 deformed goes, and the mesh as it is takes its slot.
+    let report = live.run(json!({"op": "set_skin", "node": 1, "skin": null}));
+    let after = rows(&live, 1);
+    assert_eq!((before[0].primitive, before[0].world), (after[0].primitive, after[0].world));
+    assert_eq!((report.blas_built, report.tlas), (1, TlasAction::Update));
+}
+
+#[test]
+fn a_zero_that_changes_its_sign_is_written() {
+    let mut live = Live::new(scenes::wide(3));
+    // The scale has a -1: what was 0 becomes -0.
+    for x in [0.0, -0.0] {
+        live.run(json!({"op": "set_transform", "node": 1, "translation": [x, 0, 0], "scale": [1, 1, -1]}));
+        live.run(json!({"op": "set_transform", "node": 0, "rotation": [0, 0, x, 1]}));
+    }
+}
+
+#[test]
 fn a_move_is_an_update_and_nothing_else() {
     let mut live = Live::new(scenes::wide(1000));
     let report = live.run(json!({"op": "set_transform", "node": 3, "translation": [0, 1, 0]}));

@@ -89,7 +89,7 @@ pub fn instanced() -> Scene {
     document.import()
 }
 
-/// Two figures with one mesh and two skins, and a morphed node.
+/// Two figures with one mesh and two skins, and a morphed node; a second scene, which is not shown.
 pub fn skinned() -> Scene {
     let mut document = parts(
         json!([
@@ -102,8 +102,9 @@ pub fn skinned() -> Scene {
             {"children": [7], "translation": [4, 0, 0]},
             {"translation": [0, 2, 0]},
             {"mesh": 4, "weights": [0.5], "children": [6]},
+            {"name": "elsewhere"},
         ]),
-        json!({"scene": 0, "scenes": [{"nodes": [0]}]}),
+        json!({"scene": 0, "scenes": [{"nodes": [0]}, {"nodes": [9]}]}),
     );
     let positions = document.floats("VEC3", &[[0., 0., 0.], [1., 1., 0.], [0., 2., 0.], [1., 3., 0.]]);
     let joints = document.joints(&[[0, 1, 0, 0], [0, 1, 0, 0], [1, 0, 0, 0], [1, 0, 0, 0]]);

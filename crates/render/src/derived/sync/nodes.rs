@@ -183,16 +183,22 @@ impl Sync<'_> {
         entry
     }
 
-    /// Takes a node and all below it out of what is shown.
+    /// Takes a node and all below it out of what is shown. A joint need not be shown to deform what is.
     fn release_below(&mut self, top: NodeId) {
+        let has_skins = !self.scene.skins().is_empty();
         let mut open = vec![top];
         while let Some(id) = open.pop() {
             self.work.visited += 1;
-            if self.derived.hierarchy.entry(id).is_none() {
-                continue;
+            let is_shown = self.derived.hierarchy.entry(id).is_some();
+            if is_shown {
+                self.release(id);
             }
-            self.release(id);
-            open.extend(self.scene.nodes()[id].children.iter());
+            if has_skins {
+                self.note_joint(id);
+            }
+            if is_shown || has_skins {
+                open.extend(self.scene.nodes()[id].children.iter());
+            }
         }
     }
 

@@ -67,6 +67,7 @@ impl Sync<'_> {
                 // The row may be what it was, and its geometry another.
                 if self.live.dirty.mesh_descs.is_marked(primitive) {
                     self.live.extent.reshaped(row);
+                    self.live.tlas.reshaped(row, &new, &self.derived.mesh_descs);
                 }
                 row += 1;
             }

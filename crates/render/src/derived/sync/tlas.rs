@@ -102,6 +102,17 @@ impl TlasState {
         self.grown[i] = grown;
     }
 
+    /// Notes that a row may be what it was, and the geometry in its primitive's slot is another. O(1).
+    pub fn reshaped(&mut self, index: u32, row: &RenderNodeRow, descs: &[MeshDesc]) {
+        let i = index as usize;
+        if i < self.built.len() {
+            let grown = self.built[i].union(Box3::of(row, descs)).area();
+            self.grown_area += grown - self.grown[i];
+            self.grown[i] = grown;
+        }
+        self.moved = true;
+    }
+
     /// Notes that the geometry of instances has changed in its place: their boxes are others.
     pub fn deformed(&mut self) {
         self.moved = true;
