@@ -43,6 +43,9 @@ pub enum BvhError {
         /// The node's id.
         node: u32,
     },
+    /// The joins of another builder are not one tree over all items.
+    #[error("the joins are not one tree that starts at the first and leads to every item once")]
+    NoTree,
 }
 
 /// An invariant that does not hold, and where.

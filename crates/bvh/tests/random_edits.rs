@@ -28,6 +28,7 @@ enum Op {
     Nudge(usize, i32),
     Refit(Vec<(usize, Shape)>),
     Graft(Vec<Shape>, u8),
+    InsertMany(Vec<Shape>),
     Prune(usize, u8),
     Optimize(usize),
     Rebuild(u8),
@@ -53,6 +54,7 @@ fn op() -> impl Strategy<Value = Op> {
         8 => (any::<usize>(), -2..3i32).prop_map(|(i, d)| Op::Nudge(i, d)),
         4 => prop::collection::vec((any::<usize>(), shape()), 0..100).prop_map(Op::Refit),
         3 => (prop::collection::vec(shape(), 0..40), any::<u8>()).prop_map(|(s, b)| Op::Graft(s, b)),
+        3 => prop::collection::vec(shape(), 0..40).prop_map(Op::InsertMany),
         3 => (any::<usize>(), 0..4u8).prop_map(|(i, up)| Op::Prune(i, up)),
         2 => (0..60usize).prop_map(Op::Optimize),
         1 => any::<u8>().prop_map(Op::Rebuild),
@@ -158,6 +160,13 @@ impl<S: Coordinate, const N: usize> Run<S, N> {
                     .collect();
                 let subtree = Bvh::build_items(&items, builder(*choice)).expect("new items with good boxes");
                 self.bvh.graft(&subtree).expect("new items");
+                self.model.extend(items);
+            }
+            Op::InsertMany(shapes) => {
+                // An item that was free before may be offered twice.
+                let items: Model<S, N> = shapes.iter().map(|shape| (self.new_item(), bounds(shape))).collect();
+                let items: Vec<_> = items.into_iter().collect();
+                self.bvh.insert_many(&items).expect("new items");
                 self.model.extend(items);
             }
             Op::Prune(choice, up) => {

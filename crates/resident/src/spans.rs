@@ -65,6 +65,37 @@ impl SpanAllocator {
         Some(first)
     }
 
+    /// The free span that [`Self::allocate`] would take rows from: its first row. `None` if it would lengthen the buffer.
+    pub fn hole_for(&self, length: u32) -> Option<u32> {
+        self.by_length.range((length, 0)..).next().map(|&(_, first)| first)
+    }
+
+    /// Takes rows at a place of the caller's choice.
+    ///
+    /// # Panics
+    /// If they are not all in one free span.
+    pub fn take(&mut self, first: u32, length: u32) {
+        if length == 0 {
+            return;
+        }
+        if first >= self.end {
+            // Beyond the end all is free.
+            let gap = first - self.end;
+            let old = self.end;
+            self.end = first + length;
+            self.used += length;
+            return self.keep(old, gap);
+        }
+        let span = self.free.range(..=first).next_back().map(|(&at, &free)| (at, free));
+        let (at, free) = span
+            .filter(|(at, free)| first + length <= at + free)
+            .unwrap_or_else(|| panic!("rows {first}+{length} are not all free"));
+        self.forget(at, free);
+        self.keep(at, first - at);
+        self.keep(first + length, at + free - (first + length));
+        self.used += length;
+    }
+
     /// Gives a span back.
     ///
     /// # Panics
@@ -128,6 +159,26 @@ mod tests {
         assert_eq!(spans.allocate(2), Some(0));
         assert_eq!(spans.allocate(4), Some(15), "no free span holds it");
         assert_eq!((spans.end(), spans.used()), (19, 16));
+    }
+
+    #[test]
+    fn rows_can_be_taken_in_the_middle_of_a_hole_and_beyond_the_end() {
+        let mut spans = SpanAllocator::packed(10);
+        spans.free(2, 6);
+        assert_eq!((spans.hole_for(6), spans.hole_for(7)), (Some(2), None));
+        spans.take(4, 2);
+        assert_eq!(spans.free_spans().collect::<Vec<_>>(), [(2, 2), (6, 2)]);
+        spans.take(12, 3);
+        assert_eq!(spans.free_spans().collect::<Vec<_>>(), [(2, 2), (6, 2), (10, 2)]);
+        assert_eq!((spans.end(), spans.used()), (15, 9));
+    }
+
+    #[test]
+    #[should_panic(expected = "rows 4+3 are not all free")]
+    fn rows_that_are_in_use_cannot_be_taken() {
+        let mut spans = SpanAllocator::packed(10);
+        spans.free(2, 4);
+        spans.take(4, 3);
     }
 
     #[test]

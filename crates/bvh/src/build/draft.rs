@@ -34,13 +34,26 @@ impl Draft {
         self.joins.push([a, b]);
         Child::node(NodeId(id))
     }
+
+    /// How many leaves a part has.
+    pub(crate) fn leaves_below(&self, part: Child) -> usize {
+        let (mut count, mut open) = (0, vec![part]);
+        while let Some(part) = open.pop() {
+            match part.kind() {
+                ChildKind::Node(join) => open.extend(self.joins[join.index()]),
+                ChildKind::Leaf(_) => count += 1,
+                ChildKind::Empty => {}
+            }
+        }
+        count
+    }
 }
 
 impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Makes the nodes of a draft, parents first and first children next to their parents, and enters the items, for which
     /// the map has room. Returns the node of the join `top`; it is linked to `parent`, but `parent` not to it.
     pub(crate) fn raise(&mut self, draft: &Draft, top: u32, parent: u32, leaves: &[(u32, Aabb<S, N>)]) -> u32 {
-        let mut ids = Vec::with_capacity(draft.joins.len());
+        let mut ids = Vec::new();
         // Second children that wait, each with its parent.
         let mut stack = Vec::with_capacity(2 * MAX_DEPTH as usize);
         let mut next = Some((top, parent));

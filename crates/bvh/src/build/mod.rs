@@ -1,8 +1,8 @@
 //! Builders: from a set of boxes to a tree in one go.
 
 pub(crate) mod draft;
-mod morton;
-mod ploc;
+pub(crate) mod morton;
+pub(crate) mod ploc;
 pub(crate) mod sah;
 
 use crate::aabb::Aabb;
@@ -67,6 +67,26 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     pub fn build_items(items: &[(u32, Aabb<S, N>)], builder: Builder) -> Result<Self, BvhError> {
         let mut bvh = Self::new();
         bvh.build_from(items.len(), |i| items[i], builder)?;
+        Ok(bvh)
+    }
+
+    /// Makes the tree that another builder has found: `joins` holds the two children of every inner node, the root's first;
+    /// a [`Child::node`] leads to another entry of `joins`, a [`Child::leaf`] to a place in `items`.
+    ///
+    /// # Errors
+    /// [`BvhError::NoTree`] if the joins are not one tree over all items, each once; and as [`Self::build_items`].
+    pub fn from_joins(items: &[(u32, Aabb<S, N>)], joins: &[[Child; 2]]) -> Result<Self, BvhError> {
+        if items.len() < 2 {
+            return if joins.is_empty() { Self::build_items(items, Builder::fastest()) } else { Err(BvhError::NoTree) };
+        }
+        check_joins(items.len(), joins)?;
+        let mut bvh = Self::new();
+        bvh.enter_items(items.len(), |i| items[i])?;
+        bvh.len = items.len();
+        bvh.arena.reserve(joins.len());
+        bvh.root = bvh.raise(&Draft { joins: joins.to_vec() }, 0, NONE, items);
+        bvh.parents_first = true;
+        bvh.limit_depth();
         Ok(bvh)
     }
 
@@ -144,5 +164,74 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             }
         }
         Ok(())
+    }
+}
+
+/// Whether joins are a tree whose root is the first, with every leaf once: n - 1 joins that lead to n leaves and n - 2 other
+/// joins, each once, are one if nothing leads to the root and all of them are reached from it.
+fn check_joins(items: usize, joins: &[[Child; 2]]) -> Result<(), BvhError> {
+    if joins.len() + 1 != items {
+        return Err(BvhError::NoTree);
+    }
+    let mut leaves = vec![false; items];
+    let mut reached = vec![false; joins.len()];
+    reached[0] = true;
+    let mut open = vec![0u32];
+    while let Some(join) = open.pop() {
+        for child in joins[join as usize] {
+            let (seen, at) = match child.kind() {
+                ChildKind::Node(id) => (&mut reached, id.0),
+                ChildKind::Leaf(at) => (&mut leaves, at),
+                ChildKind::Empty => return Err(BvhError::NoTree),
+            };
+            let Some(seen) = seen.get_mut(at as usize) else { return Err(BvhError::NoTree) };
+            if std::mem::replace(seen, true) {
+                return Err(BvhError::NoTree);
+            }
+            if child.is_node() {
+                open.push(at);
+            }
+        }
+    }
+    // As many leaves and joins as there are, none of them twice: all.
+    if leaves.iter().all(|&leaf| leaf) { Ok(()) } else { Err(BvhError::NoTree) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::node::NodeId;
+
+    fn boxes(count: u32) -> Vec<(u32, Aabb<i32, 3>)> {
+        (0..count).map(|i| (10 + i, Aabb::new([i as i32, 0, 0], [i as i32 + 1, 1, 1]))).collect()
+    }
+
+    fn node(id: u32) -> Child {
+        Child::node(NodeId(id))
+    }
+
+    #[test]
+    fn a_tree_of_another_builder_has_its_shape_and_the_callers_items() {
+        let joins = [[Child::leaf(2), node(1)], [Child::leaf(0), Child::leaf(1)]];
+        let bvh = Bvh::from_joins(&boxes(3), &joins).expect("it is a tree");
+        bvh.validate().expect("every invariant holds");
+        let root = bvh.root().expect("it has items");
+        assert_eq!(bvh.nodes()[root.index()].child[0], Child::leaf(12));
+        assert_eq!(bvh.nodes()[root.index()].bounds[1], Aabb::new([0, 0, 0], [2, 1, 1]));
+        assert_eq!((bvh.len(), bvh.leaf_of(11).map(|leaf| leaf.1)), (3, Some(1)));
+    }
+
+    #[test]
+    fn joins_that_are_no_tree_are_refused() {
+        let wrong: [&[[Child; 2]]; 5] = [
+            &[[Child::leaf(0), Child::leaf(1)]],
+            &[[node(1), Child::leaf(0)], [Child::leaf(1), Child::leaf(1)]],
+            &[[node(1), Child::leaf(0)], [node(0), Child::leaf(1)]],
+            &[[node(1), Child::leaf(0)], [Child::leaf(1), Child::leaf(3)]],
+            &[[node(1), Child::EMPTY], [Child::leaf(1), Child::leaf(2)]],
+        ];
+        for joins in wrong {
+            assert_eq!(Bvh::from_joins(&boxes(3), joins).map(|b| b.len()), Err(BvhError::NoTree));
+        }
     }
 }

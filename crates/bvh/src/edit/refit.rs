@@ -3,6 +3,7 @@
 use crate::aabb::Aabb;
 use crate::error::BvhError;
 use crate::node::{Child, ChildKind, NONE, NodeId};
+use crate::prefetch::prefetch;
 use crate::scalar::Scalar;
 use crate::tree::Bvh;
 
@@ -32,22 +33,37 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         Ok(())
     }
 
-    /// Children come after their parents, so from the back every child is mended before its parent reads it.
+    /// Children come after their parents, so from the back every child is mended before its parent reads it. New boxes are
+    /// fetched when the sweep comes to their leaves: looked up in a table of 4 bytes an item, which the cache holds longer
+    /// than the nodes that a first pass over the boxes would have to touch.
     fn sweep(&mut self, boxes: &[(u32, Aabb<S, N>)]) {
+        const NO_BOX: u32 = u32::MAX;
         self.arena.write_all();
-        for (i, &(item, bounds)) in boxes.iter().enumerate() {
-            self.prefetch_ahead(boxes, i);
-            if let Some((node, slot)) = self.place(item) {
-                self.arena.links(node).bounds[slot] = bounds;
-            }
+        let mut given = vec![NO_BOX; self.places.len()];
+        for (at, &(item, _)) in (0..).zip(boxes) {
+            given[item as usize] = at;
         }
         let count = self.arena.nodes().len() as u32;
         for node in (0..count).rev() {
-            for slot in 0..2 {
-                if let ChildKind::Node(child) = self.arena[node].child[slot].kind() {
-                    let union = self.arena[child.0].union();
-                    self.arena.links(node).bounds[slot] = union;
+            if let Some(ahead) = node.checked_sub(AHEAD as u32) {
+                for child in self.arena[ahead].child {
+                    if let ChildKind::Leaf(item) = child.kind()
+                        && let Some(new) = boxes.get(given[item as usize] as usize)
+                    {
+                        prefetch(new);
+                    }
                 }
+            }
+            for slot in 0..2 {
+                let bounds = match self.arena[node].child[slot].kind() {
+                    ChildKind::Node(child) => self.arena[child.0].union(),
+                    ChildKind::Leaf(item) => match boxes.get(given[item as usize] as usize) {
+                        Some(&(_, bounds)) => bounds,
+                        None => continue,
+                    },
+                    ChildKind::Empty => continue,
+                };
+                self.arena.links(node).bounds[slot] = bounds;
             }
         }
         self.counters.visited += u64::from(count);

@@ -268,6 +268,9 @@ pub struct BenchArgs {
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
+    /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub size: Option<u32>,
 }
 
 /// The suites of `orthant bench`.
@@ -283,6 +286,8 @@ pub enum BenchSuite {
     Render,
     /// Edits
     Edit,
+    /// Bounding volume hierarchies
+    Bvh,
 }
 
 /// `orthant devices`

@@ -19,12 +19,15 @@ const SIZES: [u32; 4] = [1_000, 10_000, 100_000, 1_000_000];
 const MESHES: u32 = 1_000;
 /// Nodes of a subtree that is edited whole, its top included.
 const SUBTREE: u32 = 1_000;
+/// Nodes up to which what the edits have led to is checked.
+const CHECKED: u32 = 10_000;
 /// How many times each small edit is measured in a run.
 const SMALL_EDITS: u32 = 200;
 
 pub fn run(settings: Settings) -> Result<Vec<Measured>, Failure> {
     let mut results = Vec::new();
-    for n in SIZES {
+    let sizes = settings.size.map_or(SIZES.to_vec(), |size| vec![size.max(2)]);
+    for n in sizes {
         for depth in [1, 64] {
             measure(n, depth, settings, &mut results)?;
         }
@@ -196,7 +199,11 @@ fn measure(n: u32, depth: u32, settings: Settings, results: &mut Vec<Measured>) 
         note(6, moved);
         (0..3).try_for_each(|_| live.undo().map(|_| ()))?;
     }
-    live.derived.check(&live.scene).map_err(internal)?;
+    // The check looks at everything, and derives everything anew.
+    if n <= CHECKED {
+        live.derived.check(&live.scene).map_err(internal)?;
+        live.backend.scene().validate().map_err(internal)?;
+    }
     for (measured, report) in figures {
         let mut times: Vec<f64> = measured.runs.iter().map(Duration::as_secs_f64).collect();
         times.sort_by(f64::total_cmp);

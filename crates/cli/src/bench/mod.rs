@@ -3,6 +3,7 @@
 //! Timings on shared machines are noisy. So every figure is a median of repetitions, peers take turns with what they are
 //! compared to, and ratios are of medians of one run.
 
+mod bvh;
 mod derive;
 mod edit;
 mod load;
@@ -83,6 +84,8 @@ pub enum Suite<'a> {
     Render(&'a Path),
     /// Edit, sync and apply.
     Edit,
+    /// Bounding volume hierarchies, beside `obvhs`.
+    Bvh,
 }
 
 impl Suite<'_> {
@@ -94,6 +97,7 @@ impl Suite<'_> {
             Self::Trace(_) => "trace",
             Self::Render(_) => "render",
             Self::Edit => "edit",
+            Self::Bvh => "bvh",
         }
     }
 }
@@ -107,6 +111,8 @@ pub struct Settings {
     pub threads: usize,
     /// Most bytes that inputs may take.
     pub max_memory: u64,
+    /// The size of what is made to be measured, in place of the suite's own sizes.
+    pub size: Option<u32>,
 }
 
 /// Runs a suite and gives its document: `{ suite, machine, results: [...] }`.
@@ -120,6 +126,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Trace(file) => trace::run(file, settings)?,
         Suite::Render(file) => render::run(file, settings)?,
         Suite::Edit => edit::run(settings)?,
+        Suite::Bvh => bvh::run(settings),
     };
     Ok(json!({
         "suite": suite.name(),

@@ -12,21 +12,26 @@ use std::path::Path;
 /// A scene that cannot be loaded; stdout that cannot be written.
 pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let file = || args.file.as_deref().ok_or_else(|| Failure::usage("this suite needs a scene file"));
+    let own = |suite: Suite<'static>| match &args.file {
+        None => Ok(suite),
+        Some(file) => {
+            let what = format!("the suite makes what it measures itself: leave {} out", Path::display(file));
+            Err(Failure::usage(what))
+        }
+    };
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
-        BenchSuite::Derive | BenchSuite::Edit => {
-            if let Some(file) = &args.file {
-                return Err(Failure::usage(format!(
-                    "the suite makes its own scenes: leave {} out",
-                    Path::display(file)
-                )));
-            }
-            if args.suite == BenchSuite::Edit { Suite::Edit } else { Suite::Derive }
-        }
+        BenchSuite::Derive => own(Suite::Derive)?,
+        BenchSuite::Edit => own(Suite::Edit)?,
+        BenchSuite::Bvh => own(Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
         BenchSuite::Render => Suite::Render(file()?),
     };
-    let settings = Settings { runs: args.runs.into(), threads: args.threads, max_memory: common.max_memory() };
+    if args.size.is_some() && !matches!(args.suite, BenchSuite::Edit | BenchSuite::Bvh) {
+        return Err(Failure::usage("--size: this suite has no size to choose").remedy("leave it out"));
+    }
+    let settings =
+        Settings { runs: args.runs.into(), threads: args.threads, max_memory: common.max_memory(), size: args.size };
     let document = bench::run(suite, settings)?;
     if args.json { print_json(&document) } else { print(&bench::table(&document)) }
 }

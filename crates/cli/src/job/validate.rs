@@ -5,8 +5,8 @@ use orthant_cpu::ResidentScene;
 use orthant_render::DerivedScene;
 use orthant_resident::rows::NodeFlags;
 
-/// Compares every row of the resident scene with the derived one, byte for byte, and that every visible RenderNode has a
-/// BLAS.
+/// Compares every row of the resident scene with the derived one, byte for byte, and looks whether every visible RenderNode has
+/// a BLAS and the TLAS is that of the rows.
 ///
 /// # Errors
 /// A check that failed; it names the first row and the field that differ.
@@ -23,7 +23,7 @@ pub fn validate(derived: &DerivedScene, resident: &ResidentScene) -> Result<(), 
             return Err(mismatch(format!("render node {index} has no BLAS (primitive {})", node.primitive)));
         }
     }
-    Ok(())
+    resident.validate().map_err(mismatch)
 }
 
 fn rows<T: bytemuck::Pod + std::fmt::Debug>(name: &str, derived: &[T], resident: &[T]) -> Result<(), Failure> {

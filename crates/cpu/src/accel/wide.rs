@@ -14,9 +14,13 @@ pub const MAX_DEPTH: usize = MAX_GROWN_DEPTH + 11;
 /// number instead.
 const MAX_GROWN_DEPTH: usize = 24;
 
+/// Levels of any tree that is walked: of a [`WideTree`], or of the wide copy of a tree of crate `orthant-bvh`.
+const MAX_LEVELS: usize = if MAX_DEPTH > TLAS_DEPTH { MAX_DEPTH } else { TLAS_DEPTH };
+const TLAS_DEPTH: usize = orthant_bvh::MAX_DEPTH as usize;
+
 /// Entries of a stack that a walk never overflows: each level leaves at most seven siblings behind, and one node is
 /// being visited.
-pub const MAX_STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+pub const MAX_STACK: usize = (WIDTH - 1) * MAX_LEVELS + 1;
 
 /// Eight boxes, structure of arrays, and what is in them. 256 bytes.
 ///
@@ -37,7 +41,7 @@ pub struct WideNode {
 }
 
 impl WideNode {
-    const UNUSED: Self = Self {
+    pub(super) const UNUSED: Self = Self {
         planes: [
             [f32::INFINITY; WIDTH],
             [f32::NEG_INFINITY; WIDTH],
@@ -65,14 +69,14 @@ impl WideNode {
         (0..WIDTH).fold(Bounds::EMPTY, |b, slot| b.union(&self.bounds(slot)))
     }
 
-    fn set_bounds(&mut self, slot: usize, bounds: &Bounds) {
+    pub(super) fn set_bounds(&mut self, slot: usize, bounds: &Bounds) {
         for k in 0..3 {
             self.planes[2 * k][slot] = bounds.lower[k];
             self.planes[2 * k + 1][slot] = bounds.upper[k];
         }
     }
 
-    fn set_child(&mut self, slot: usize, child: u32, count: u8) {
+    pub(super) fn set_child(&mut self, slot: usize, child: u32, count: u8) {
         self.child[slot] = child;
         self.count[slot] = count;
         self.used |= 1 << slot;

@@ -3,7 +3,7 @@
 use super::ResidentScene;
 use orthant_resident::backend::BackendError;
 use orthant_resident::batch::{RowWrites, SceneBatch};
-use orthant_resident::rows::MeshDesc;
+use orthant_resident::rows::{MeshDesc, NodeFlags};
 
 /// Checks every part of the batch; the first fault is the error.
 pub(super) fn check(scene: &ResidentScene, batch: &SceneBatch) -> Result<(), BackendError> {
@@ -19,6 +19,14 @@ pub(super) fn check(scene: &ResidentScene, batch: &SceneBatch) -> Result<(), Bac
     check_writes("emitters", &batch.emitters, scene.emitters.len())?;
     check_writes("render_nodes", &batch.render_nodes, scene.render_nodes.len())?;
 
+    for range in &batch.render_nodes.ranges {
+        for (index, row) in (range.first..).zip(&range.rows) {
+            if row.flags & NodeFlags::OCCUPIED != 0 && row.primitive >= batch.mesh_descs.len {
+                let count = batch.mesh_descs.len;
+                return fault(format!("render_nodes: row {index} shows RenderPrimitive {} of {count}", row.primitive));
+            }
+        }
+    }
     let image_slots = scene.images.len() + batch.images.len();
     if let Some(write) = batch.images.iter().find(|write| write.slot as usize >= image_slots) {
         return fault(format!("image slot {} would leave a gap: {image_slots} slots are possible", write.slot));

@@ -2,20 +2,26 @@
 
 mod check;
 #[cfg(test)]
+mod follow_tests;
+#[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
+mod users;
 
-use crate::accel::{Blas, Tlas};
+use crate::accel::{Blas, Tlas, TlasWork};
 use crate::trace::{self, Hit, Ray};
 use glam::Vec3;
 use orthant_resident::backend::{ApplyReport, BackendError, ResidentBytes};
-use orthant_resident::batch::{SceneBatch, TextureRow, TlasAction};
+use orthant_resident::batch::{RowWrites, SceneBatch, TextureRow};
 use orthant_resident::image::ImageData;
-use orthant_resident::rows::{EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, RenderNodeRow, VertexRow};
+use orthant_resident::rows::{
+    EmitterRow, EmitterTriangle, LightRow, Mat3x4, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow, VertexRow,
+};
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
+use users::PrimitiveUsers;
 
 /// Every stream and row of a model scene, and the acceleration structures over them. It changes by
 /// [`ResidentScene::apply`] alone; the fields are public to be read.
@@ -51,6 +57,9 @@ pub struct ResidentScene {
     pub blas: Vec<Option<Blas>>,
     /// The TLAS over `render_nodes`.
     pub tlas: Tlas,
+    /// What the last batch took of it.
+    pub tlas_work: TlasWork,
+    users: PrimitiveUsers,
 }
 
 impl ResidentScene {
@@ -59,7 +68,8 @@ impl ResidentScene {
         Self::default()
     }
 
-    /// Brings the scene up to date.
+    /// Brings the scene up to date. The TLAS follows the rows that are written, and the BLAS that are built, at their cost;
+    /// [`SceneBatch::tlas`] is for devices whose TLAS cannot be edited.
     ///
     /// # Errors
     /// [`BackendError::StaleRevision`] for a batch that starts from another revision, [`BackendError::InvalidBatch`]
@@ -89,7 +99,7 @@ impl ResidentScene {
         batch.lights.apply_to(&mut self.lights);
         batch.emitter_triangles.apply_to(&mut self.emitter_triangles);
         batch.emitters.apply_to(&mut self.emitters);
-        batch.render_nodes.apply_to(&mut self.render_nodes);
+        let mut changed = self.write_render_nodes(batch.render_nodes);
 
         // Build and free BLAS
         let start = Instant::now();
@@ -110,16 +120,73 @@ impl ResidentScene {
             report.blas_time = start.elapsed();
         }
 
-        // Build or update the TLAS
+        // Let the TLAS follow
         let start = Instant::now();
-        match batch.tlas {
-            TlasAction::None => {}
-            TlasAction::Update => self.tlas.update(&self.render_nodes, &self.blas),
-            TlasAction::Rebuild => self.tlas = Tlas::build(&self.render_nodes, &self.blas),
+        if changed.len() <= self.render_nodes.len() / 2 {
+            let geometry = batch.blas_builds.iter().chain(&batch.blas_frees);
+            let users: Vec<u32> = geometry.flat_map(|&primitive| self.users.of(primitive)).collect();
+            if !users.is_empty() {
+                changed.extend(users);
+                changed.sort_unstable();
+                changed.dedup();
+            }
         }
-        report.tlas_time = if batch.tlas == TlasAction::None { Duration::ZERO } else { start.elapsed() };
+        self.tlas_work = self.tlas.follow(&changed, &self.render_nodes, &self.blas);
+        if !changed.is_empty() {
+            report.tlas_time = start.elapsed();
+        }
         self.revision = batch.new_revision;
         Ok(report)
+    }
+
+    /// Writes rows, and returns those by which the TLAS changes.
+    fn write_render_nodes(&mut self, writes: RowWrites<RenderNodeRow>) -> Vec<u32> {
+        const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
+        let is_seen = |row: &RenderNodeRow| row.flags & SEEN == SEEN;
+        let shows = |row: &RenderNodeRow| (row.flags & NodeFlags::OCCUPIED != 0).then_some(row.primitive);
+        let mut changed = Vec::new();
+        let mut change = |index: u32, old: Option<&RenderNodeRow>, new: Option<&RenderNodeRow>| {
+            let (was, now) = (old.and_then(shows), new.and_then(shows));
+            if was != now {
+                if let Some(primitive) = was {
+                    self.users.unlink(index, primitive);
+                }
+                if let Some(primitive) = now {
+                    self.users.link(index, primitive);
+                }
+            }
+            let (old, new) = (old.filter(|row| is_seen(row)), new.filter(|row| is_seen(row)));
+            let same = match (old, new) {
+                (None, None) => true,
+                (Some(old), Some(new)) => {
+                    let equal = |a, b| bytemuck::bytes_of::<Mat3x4>(a) == bytemuck::bytes_of::<Mat3x4>(b);
+                    old.primitive == new.primitive && equal(&old.world, &new.world) && equal(&old.inverse, &new.inverse)
+                }
+                _ => false,
+            };
+            if !same {
+                changed.push(index);
+            }
+        };
+        for index in writes.len..self.render_nodes.len() as u32 {
+            change(index, self.render_nodes.get(index as usize), None);
+        }
+        for range in &writes.ranges {
+            for (index, row) in (range.first..).zip(&range.rows) {
+                change(index, self.render_nodes.get(index as usize), Some(row));
+            }
+        }
+        writes.apply_to(&mut self.render_nodes);
+        changed
+    }
+
+    /// Checks that the acceleration structures are those of the rows: every invariant of the TLAS, every box. Looks at
+    /// everything.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn validate(&self) -> Result<(), String> {
+        self.tlas.validate(&self.render_nodes, &self.blas)
     }
 
     /// The nearest hit between `t_min` and `t_max`, both exclusive.
@@ -160,7 +227,9 @@ impl ResidentScene {
         }
         ResidentBytes {
             geometry: bytes(&self.positions) + bytes(&self.vertices) + bytes(&self.indices) + bytes(&self.tangents),
-            acceleration: self.blas.iter().flatten().map(Blas::bytes).sum::<u64>() + self.tlas.bytes(),
+            acceleration: self.blas.iter().flatten().map(Blas::bytes).sum::<u64>()
+                + self.tlas.bytes()
+                + self.users.bytes(),
             images: self.images.iter().flatten().map(|image| bytes(&image.texels)).sum(),
             rows: bytes(&self.mesh_descs)
                 + bytes(&self.textures)

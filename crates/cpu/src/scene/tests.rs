@@ -57,12 +57,14 @@ fn an_update_moves_instances_and_writes_their_rows_only() {
 }
 
 #[test]
-fn without_a_tlas_action_the_tlas_stays() {
+fn the_tlas_follows_the_rows_whatever_the_batch_asks_of_devices() {
     let mut scene = three();
-    let before = scene.tlas.bounds();
-    let report = scene.apply(move_node(&scene, 1, at(-30.0, 0), TlasAction::None)).unwrap();
-    assert_eq!((scene.tlas.bounds(), report.tlas_time.is_zero()), (before, true));
-    assert_eq!(down(&scene, -30.0), None);
+    scene.apply(move_node(&scene, 1, at(-30.0, 0), TlasAction::None)).unwrap();
+    assert_eq!((down(&scene, -30.0), down(&scene, 5.0)), (Some((1, 10.0)), None));
+    // Nothing that a ray could tell has changed: no work.
+    let recolored = RenderNodeRow { material: 7, ..at(-30.0, 0) };
+    scene.apply(move_node(&scene, 1, recolored, TlasAction::Rebuild)).unwrap();
+    assert_eq!(scene.tlas_work, Default::default());
 }
 
 #[test]
@@ -125,7 +127,7 @@ fn an_instance_whose_blas_went_without_a_tlas_action_is_not_hit() {
 #[test]
 fn a_batch_that_contradicts_itself_is_refused_and_changes_nothing() {
     type Fault = fn(&mut SceneBatch);
-    let faults: [(&str, Fault); 7] = [
+    let faults: [(&str, Fault); 8] = [
         ("positions: the range 5..8 leads outside 6 rows", |b| {
             b.positions.ranges = vec![RowRange { first: 5, rows: vec![[0.0; 3]; 3] }];
         }),
@@ -139,6 +141,9 @@ fn a_batch_that_contradicts_itself_is_refused_and_changes_nothing() {
             let desc = MeshDesc { first_vertex: 4, vertex_count: 3, ..bytemuck::Zeroable::zeroed() };
             b.mesh_descs.ranges = vec![RowRange { first: 1, rows: vec![desc] }];
             b.blas_builds = vec![1];
+        }),
+        ("render_nodes: row 1 shows RenderPrimitive 2 of 2", |b| {
+            b.render_nodes.ranges = vec![RowRange { first: 1, rows: vec![at(0.0, 2)] }];
         }),
         ("image slot 4000000000 would leave a gap", |b| {
             b.images = vec![ImageWrite { slot: 4_000_000_000, image: None }];
@@ -172,6 +177,7 @@ fn resident_bytes_count_geometry_once() {
     let bytes = scene.resident_bytes();
     assert_eq!(bytes.geometry, 3 * 12 + 3 * 32 + 3 * 4);
     assert_eq!(bytes.rows, 64 + 3 * 128);
-    // One node and one triangle number; one node and three RenderNode numbers.
-    assert_eq!(bytes.acceleration, 256 + 4 + 256 + 12);
+    // The BLAS: one node and one triangle number. The TLAS: two binary nodes, one wide one and the links between them. The
+    // list of the rows that show the mesh.
+    assert_eq!(bytes.acceleration, (256 + 4) + (2 * 64 + 256 + 2 * 4 + 1) + (4 + 3 * 8));
 }

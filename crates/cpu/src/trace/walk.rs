@@ -8,7 +8,7 @@ use super::stack::{Entry, Stack};
 use super::triangle::intersect;
 use super::{Hit, Ray};
 use crate::accel::bounds::ORIGIN_SLACK;
-use crate::accel::wide::{WIDTH, WideTree};
+use crate::accel::wide::{WIDTH, WideNode};
 use crate::accel::{Blas, blas};
 use crate::scene::ResidentScene;
 use glam::Vec3;
@@ -71,8 +71,8 @@ fn walk_with<S: BoxTest, O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(
     }
     let slack = ORIGIN_SLACK * ray.origin.abs().max_element();
     let world = BoxRay::new(ray.origin.to_array(), ray.direction.to_array(), [slack; 3], t_min);
-    walk_tree::<S, O>(boxes, &scene.tlas.tree, &world, &mut best, |items, t_enter, best| {
-        let node = items[0];
+    let tlas = &scene.tlas.wide;
+    walk_tree::<S, O>(boxes, &tlas.nodes, tlas.root, &world, &mut best, |node, _, t_enter, best| {
         let Some(row) = scene.render_nodes.get(node as usize) else { return false };
         let primitive = row.primitive as usize;
         let (Some(Some(blas)), Some(desc)) = (scene.blas.get(primitive), scene.mesh_descs.get(primitive)) else {
@@ -84,7 +84,8 @@ fn walk_with<S: BoxTest, O: Order, A: FnMut(&Hit) -> bool, const ANY: bool>(
     found.then_some(best)
 }
 
-/// In a stack entry: a leaf, by its first item. (Node and item numbers stay below it: their arrays could not be made.)
+/// In a stack entry: a leaf, by its first item. (Node and item numbers stay below it: their arrays could not be made, and a
+/// TLAS takes no higher items.)
 const LEAF: u32 = 1 << 31;
 
 /// In what order a walk visits the children of a node that the ray meets.
@@ -120,29 +121,30 @@ impl Order for Unordered {
     const SORTS_INNER: bool = false;
 }
 
-/// Visits the leaves that the ray meets at `best.t` or before until `visit` says to stop. Returns whether it did.
+/// Visits the leaves below node `root` that the ray meets at `best.t` or before until `visit`, which gets a leaf's child and count,
+/// says to stop. Returns whether it did.
 #[inline(always)]
 fn walk_tree<S: BoxTest, O: Order>(
     boxes: S,
-    tree: &WideTree,
+    nodes: &[WideNode],
+    root: u32,
     ray: &BoxRay,
     best: &mut Hit,
-    mut visit: impl FnMut(&[u32], f32, &mut Hit) -> bool,
+    mut visit: impl FnMut(u32, u8, f32, &mut Hit) -> bool,
 ) -> bool {
-    if tree.nodes.is_empty() {
+    if nodes.is_empty() {
         return false;
     }
     let mut stack = Stack::new();
     let mut enter = Lanes([0.0; WIDTH]);
-    let mut current = Entry::new(0.0, 0);
+    let mut current = Entry::new(0.0, root);
     loop {
         if O::SORTS_LEAVES && current.reference() & LEAF != 0 {
-            let first = (current.reference() & !LEAF) as usize;
-            if visit(&tree.items[first..first + 1], current.t(), best) {
+            if visit(current.reference() & !LEAF, 1, current.t(), best) {
                 return true;
             }
         } else {
-            let node = &tree.nodes[current.reference() as usize];
+            let node = &nodes[current.reference() as usize];
             let mut mask = boxes.test(ray, node, best.t, &mut enter);
             if !O::SORTS_LEAVES {
                 let mut leaves = mask & !u32::from(node.inner);
@@ -150,10 +152,7 @@ fn walk_tree<S: BoxTest, O: Order>(
                 while leaves != 0 {
                     let slot = leaves.trailing_zeros() as usize;
                     leaves &= leaves - 1;
-                    let first = node.child[slot] as usize;
-                    if enter.0[slot] <= best.t
-                        && visit(&tree.items[first..first + node.count[slot] as usize], enter.0[slot], best)
-                    {
+                    if enter.0[slot] <= best.t && visit(node.child[slot], node.count[slot], enter.0[slot], best) {
                         return true;
                     }
                 }
@@ -220,8 +219,9 @@ impl Instance<'_> {
         let cull = self.row.flags & NodeFlags::DOUBLE_SIDED == 0;
         let opaque = self.row.flags & NodeFlags::OPAQUE != 0;
         let (positions, indices) = (&self.scene.positions, &self.scene.indices);
-        walk_tree::<S, LeavesFirst>(boxes, &self.blas.tree, &local.boxes, best, |triangles, _, best| {
-            for &triangle in triangles {
+        let tree = &self.blas.tree;
+        walk_tree::<S, LeavesFirst>(boxes, &tree.nodes, 0, &local.boxes, best, |first, count, _, best| {
+            for &triangle in &tree.items[first as usize..first as usize + usize::from(count)] {
                 let Some(corners) = blas::corners(positions, indices, self.desc, triangle) else { continue };
                 let Some(hit) = intersect(&local, corners, cull) else { continue };
                 let t = if hit.t > self.t_enter { hit.t } else { self.t_enter };

@@ -284,7 +284,7 @@ impl Sync<'_> {
         report.primitives_changed = !dirty.mesh_descs.is_empty() || !blas_builds.is_empty() || !blas_frees.is_empty();
         live.extent.update(dirty.render_nodes.marked(), &derived.render_nodes, &derived.mesh_descs);
         let resident = live.resident;
-        let tlas = live.tlas.take(&derived.render_nodes, &derived.mesh_descs);
+        let tlas = live.tlas.take();
         let batch = SceneBatch {
             expected_revision: live.revision,
             new_revision: live.revision + 1,
