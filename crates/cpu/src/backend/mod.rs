@@ -3,11 +3,10 @@
 mod frame_check;
 mod job;
 
-use crate::path::lights::LightTables;
+use crate::path::lights::{LightChanges, LightTables};
 use crate::scene::ResidentScene;
 use job::Job;
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
-use orthant_resident::batch::TlasAction;
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,7 +30,6 @@ impl CpuBackend {
     pub fn new() -> Self {
         let mut backend = Self::default();
         backend.lights.set_environment(&Environment::none());
-        backend.lights.radius = 1.0;
         backend
     }
 
@@ -85,20 +83,10 @@ impl Backend for CpuBackend {
     /// Ends the ticket of a frame that is under way.
     fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
         frame_check::check_batch(&batch)?;
-        let instances_changed = batch.tlas != TlasAction::None;
-        let lights_changed = !batch.lights.ranges.is_empty() || batch.lights.len as usize != self.scene.lights.len();
-        let rows = &batch.emitters;
-        let emitters_changed = !rows.ranges.is_empty() || rows.len as usize != self.scene.emitters.len();
-        let scene_radius = batch.scene_radius;
+        let changes = LightChanges::new(&self.scene, &batch);
         let report = self.scene.apply(batch)?;
         self.end_job();
-        self.lights.radius = scene_radius;
-        if lights_changed {
-            self.lights.update_punctual(&self.scene);
-        }
-        if instances_changed || emitters_changed {
-            self.lights.update_emitters(&self.scene);
-        }
+        self.lights.update(&self.scene, &changes);
         self.lights.weigh_kinds();
         Ok(report)
     }

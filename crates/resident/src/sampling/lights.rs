@@ -7,7 +7,7 @@
 
 use crate::environment::Sun;
 use crate::math::luminance;
-use crate::rows::{LightKind, LightRow};
+use crate::rows::{LightKind, LightRow, NONE};
 use crate::sampling::light_tree::{LightBounds, LightTree};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -70,47 +70,66 @@ pub fn sun_integral(sun: &Sun) -> f32 {
 /// The choice of candidates among the punctual lights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PunctualDistribution {
-    /// Rows of the directional lights that shine.
-    pub directional: Vec<u32>,
-    /// Rows of the others that shine.
-    pub local: Vec<u32>,
-    /// The tree over all rows, for the local ones; empty where they are so few that all are candidates.
+    /// Directional lights that shine.
+    directional: RowSet,
+    /// Others that shine.
+    local: RowSet,
+    /// The tree over the local ones by row; empty where they are so few that all are candidates.
     pub tree: LightTree,
+    /// Rows of the light buffer.
+    len: usize,
 }
 
 impl PunctualDistribution {
-    /// Looks at the rows of the light buffer.
+    /// Looks at all rows of the light buffer.
     pub fn build(lights: &[LightRow]) -> Self {
-        let shines = |light: &LightRow| {
-            let luminance = luminance(Vec3::from_array(light.color));
-            luminance > 0.0 && luminance.is_finite()
-        };
-        let bounds: Vec<Option<LightBounds>> = lights.iter().map(LightBounds::of_light).collect();
-        let rows =
-            |is_one: &dyn Fn(usize) -> bool| (0..lights.len()).filter(|&i| is_one(i)).map(|i| i as u32).collect();
-        let is_directional = |i: usize| lights[i].kind == LightKind::Directional as u32 && shines(&lights[i]);
-        let mut distribution = Self {
-            directional: rows(&is_directional),
-            local: rows(&|i| bounds[i].is_some()),
-            tree: LightTree::default(),
-        };
-        if distribution.local.len() > PUNCTUAL_CANDIDATES - DIRECTIONAL_CANDIDATES {
-            distribution.tree = LightTree::build(&bounds);
-        }
+        let mut distribution = Self::default();
+        distribution.update(lights, 0..lights.len() as u32);
         distribution
+    }
+
+    /// Follows changed rows of the light buffer, each named once; rows past the end of a shorter buffer need not be. O(log n)
+    /// each.
+    pub fn update(&mut self, lights: &[LightRow], changed: impl IntoIterator<Item = u32>) {
+        let gone = lights.len()..std::mem::replace(&mut self.len, lights.len());
+        let changed = changed.into_iter().filter(|&row| (row as usize) < lights.len());
+        let bounds = |row: u32| lights.get(row as usize).and_then(LightBounds::of_light);
+        let changes: Vec<_> = changed.chain(gone.map(|row| row as u32)).map(|row| (row, bounds(row))).collect();
+        for &(row, bounds) in &changes {
+            self.directional.put(row, lights.get(row as usize).is_some_and(is_sun));
+            self.local.put(row, bounds.is_some());
+        }
+        if self.local.rows.len() <= PUNCTUAL_CANDIDATES - DIRECTIONAL_CANDIDATES {
+            self.tree.clear();
+        } else if self.tree.is_empty() {
+            let all: Vec<_> = self.local.rows.iter().map(|&row| (row, bounds(row))).collect();
+            self.tree.update(&all);
+        } else {
+            self.tree.update(&changes);
+        }
+    }
+
+    /// Rows of the directional lights that shine; ascending where all are candidates.
+    pub fn directional(&self) -> &[u32] {
+        &self.directional.rows
+    }
+
+    /// Rows of the others that shine; ascending where all are candidates.
+    pub fn local(&self) -> &[u32] {
+        &self.local.rows
     }
 
     /// Whether no light shines.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.directional.is_empty() && self.local.is_empty()
+        self.directional().is_empty() && self.local().is_empty()
     }
 
     /// Number of candidates at a vertex, at most [`PUNCTUAL_CANDIDATES`].
     #[inline]
     pub fn candidates(&self) -> usize {
-        let local = if self.tree.nodes.is_empty() { self.local.len() } else { TREE_CANDIDATES };
-        self.directional.len().min(DIRECTIONAL_CANDIDATES) + local
+        let local = if self.tree.is_empty() { self.local().len() } else { TREE_CANDIDATES };
+        self.directional().len().min(DIRECTIONAL_CANDIDATES) + local
     }
 
     /// Candidate `j` of a surface at `from` with the normal `normal`, as for [`LightTree::sample`]: its row, and the inverse
@@ -119,21 +138,65 @@ impl PunctualDistribution {
     #[inline]
     pub fn candidate(&self, j: usize, seed: f32, from: Vec3, normal: Vec3) -> Option<(usize, f32)> {
         let even = |j: usize, n: usize| ((j as f32 + seed) / n as f32).min(1.0 - f32::EPSILON / 2.0);
-        let directional = self.directional.len().min(DIRECTIONAL_CANDIDATES);
+        let directional = self.directional().len().min(DIRECTIONAL_CANDIDATES);
         if j < directional {
-            let n = self.directional.len();
+            let n = self.directional().len();
             if n <= DIRECTIONAL_CANDIDATES {
-                return Some((self.directional[j] as usize, 1.0));
+                return Some((self.directional()[j] as usize, 1.0));
             }
             let i = ((even(j, directional) * n as f32) as usize).min(n - 1);
-            return Some((self.directional[i] as usize, n as f32 / directional as f32));
+            return Some((self.directional()[i] as usize, n as f32 / directional as f32));
         }
         let j = j - directional;
-        if self.tree.nodes.is_empty() {
-            return Some((*self.local.get(j)? as usize, 1.0));
+        if self.tree.is_empty() {
+            return Some((*self.local().get(j)? as usize, 1.0));
         }
         let (row, probability) = self.tree.sample(from, normal, even(j, TREE_CANDIDATES))?;
         Some((row as usize, 1.0 / (TREE_CANDIDATES as f32 * probability)))
+    }
+}
+
+/// Whether it is a directional light that shines.
+fn is_sun(light: &LightRow) -> bool {
+    let luminance = luminance(Vec3::from_array(light.color));
+    light.kind == LightKind::Directional as u32 && luminance > 0.0 && luminance.is_finite()
+}
+
+/// A set of rows that can be counted through. Up to [`PUNCTUAL_CANDIDATES`] of them are in ascending order, so that the
+/// candidates of a scene do not depend on how it came to be.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct RowSet {
+    rows: Vec<u32>,
+    /// By row: where it is in `rows`, or [`NONE`].
+    places: Vec<u32>,
+}
+
+impl RowSet {
+    /// Takes a row in or out. O(1).
+    fn put(&mut self, row: u32, is_member: bool) {
+        let place = self.places.get(row as usize).copied().unwrap_or(NONE);
+        if (place != NONE) == is_member {
+            return;
+        }
+        if is_member {
+            if row as usize >= self.places.len() {
+                self.places.resize(row as usize + 1, NONE);
+            }
+            self.places[row as usize] = self.rows.len() as u32;
+            self.rows.push(row);
+        } else {
+            self.places[row as usize] = NONE;
+            self.rows.swap_remove(place as usize);
+            if let Some(&moved) = self.rows.get(place as usize) {
+                self.places[moved as usize] = place;
+            }
+        }
+        if self.rows.len() <= PUNCTUAL_CANDIDATES {
+            self.rows.sort_unstable();
+            for (place, &row) in (0..).zip(&self.rows) {
+                self.places[row as usize] = place;
+            }
+        }
     }
 }
 
@@ -198,5 +261,81 @@ mod tests {
             }
         }
         assert!(expected.iter().all(|e| (e - 1.0).abs() < 0.05), "{expected:?}");
+    }
+
+    /// All candidates with their probabilities, and what the tree holds.
+    fn choice(distribution: &PunctualDistribution) -> (Vec<Option<(usize, f32)>>, Vec<u32>) {
+        let few = if distribution.tree.is_empty() { distribution.candidates() } else { 0 };
+        let rows = (0..few).map(|j| distribution.candidate(j, 0.5, Vec3::ONE, Vec3::Y)).collect();
+        let leads = |&row: &u32| distribution.tree.get(row).is_some();
+        (rows, (0..distribution.len as u32).filter(leads).collect())
+    }
+
+    #[test]
+    fn lights_that_come_and_go_are_followed_on_both_sides_of_every_limit() {
+        let random = |step: u32, below: u32| crate::sampling::hash_mix(step) % below;
+        let kinds = [LightKind::None, LightKind::Directional, LightKind::Point, LightKind::Spot];
+        let mut lights: Vec<LightRow> = Vec::new();
+        let mut followed = PunctualDistribution::default();
+        let (mut crossings, mut most_suns) = (0, 0);
+        for step in 0..6000 {
+            // The buffer breathes, and so do the numbers of both kinds.
+            let wanted = if step / 500 % 2 == 0 { 60 } else { 8 };
+            let mut changed = Vec::new();
+            if step % 20 == 0 {
+                let len = random(step + 7, wanted) as usize;
+                changed.extend(lights.len() as u32..len as u32);
+                lights.resize(len, row(kinds[(step / 700) as usize % 4], 1.0));
+            }
+            for k in 0..random(step, 4).min(lights.len() as u32) {
+                let at = random(step + 10_000 * (k + 1), lights.len() as u32);
+                let kind = kinds[random(step + 20_000 * (k + 1), 4) as usize];
+                let position = [random(step, 17) as f32, 1.0, random(step, 13) as f32];
+                lights[at as usize] = LightRow { position, ..row(kind, (step % 5) as f32) };
+                if !changed.contains(&at) {
+                    changed.push(at);
+                }
+            }
+            let had_tree = !followed.tree.is_empty();
+            followed.update(&lights, changed);
+            followed.tree.validate().unwrap();
+            crossings += u32::from(had_tree == followed.tree.is_empty());
+            most_suns = most_suns.max(followed.directional().len());
+            let fresh = PunctualDistribution::build(&lights);
+            assert_eq!(followed.candidates(), fresh.candidates());
+            let sorted = |rows: &[u32]| {
+                let mut rows = rows.to_vec();
+                rows.sort_unstable();
+                rows
+            };
+            if fresh.directional().len() <= PUNCTUAL_CANDIDATES {
+                assert_eq!(choice(&followed), choice(&fresh));
+                assert_eq!(followed.directional(), fresh.directional());
+            }
+            assert_eq!(sorted(followed.directional()), fresh.directional());
+            assert_eq!(sorted(followed.local()), fresh.local());
+        }
+        assert!(crossings > 20 && most_suns > PUNCTUAL_CANDIDATES, "{crossings} {most_suns}");
+    }
+
+    #[test]
+    fn one_light_of_many_costs_its_path() {
+        for count in [1000, 100_000u32] {
+            let place = |i: u32| {
+                let random = crate::sampling::hash_mix(i);
+                [(random % 500) as f32, 3.0, (random / 500 % 500) as f32]
+            };
+            let mut lights: Vec<LightRow> =
+                (0..count).map(|i| LightRow { position: place(i), ..row(LightKind::Point, 1.0) }).collect();
+            let mut distribution = PunctualDistribution::build(&lights);
+            distribution.tree.take_counters();
+            distribution.tree.take_writes();
+            for step in 0..100 {
+                let at = crate::sampling::hash_mix(step) % count;
+                lights[at as usize].position = place(count + step);
+                distribution.update(&lights, [at]);
+                assert!(distribution.tree.take_counters().visited <= 9 * u64::from(count.ilog2()));
+            }
+        }
     }
 }

@@ -2,16 +2,21 @@
 //!
 //! * [`emitter`]: emissive triangles, and [`quad`]: two that are one area light;
 //! * [`distant`]: the environment map and the sun;
-//! * [`punctual`]: lights without a size.
+//! * [`punctual`]: lights without a size;
+//! * [`changes`]: which of them a batch may change, so that [`tables`] follow at the cost of these.
 //!
 //! How lights are chosen is told in [`orthant_resident::sampling::lights`].
 
+mod changes;
 pub mod distant;
 pub mod emitter;
 pub mod punctual;
 pub mod quad;
 mod tables;
+#[cfg(test)]
+mod tests;
 
+pub use changes::LightChanges;
 pub use tables::LightTables;
 
 use glam::Vec3;

@@ -1,28 +1,36 @@
+use super::changes::{LightChanges, LightWork};
 use super::quad::Quad;
 use crate::scene::ResidentScene;
 use glam::Vec3;
 use orthant_resident::Environment;
 use orthant_resident::environment::{EnvironmentMap, Sun};
 use orthant_resident::math::{safe_normalize, sin_cos_turns};
+use orthant_resident::rows::NONE;
 use orthant_resident::sampling::light_tree::{LightBounds, LightTree};
 use orthant_resident::sampling::lights::{distant_power, sun_integral};
 use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
+use orthant_resident::slot_tree::SlotTree;
+use std::collections::BTreeSet;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
 /// What shines, prepared for sampling.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LightTables {
     /// Probabilities of the kinds of light with a size.
     pub kinds: LightKinds,
     /// The choice among emitters.
     pub emitters: LightTree,
-    /// What they emit together.
-    emitter_power: f32,
-    /// The emitters that are quads, by row of the emitter buffer; none at all where no emitter is one.
-    pub quads: Vec<Option<Quad>>,
+    /// What they emit together, in watts.
+    pub(super) power: SlotTree<f64>,
+    /// The emitters that are quads, by row of the emitter buffer; it ends after the last one that was ever a quad.
+    quads: Vec<Option<Quad>>,
+    /// The primitive of each emitter, or [`NONE`].
+    pub(super) primitives: Vec<u32>,
+    /// The same as (primitive, emitter).
+    pub(super) by_primitive: BTreeSet<(u32, u32)>,
     /// Radius of the scene in metres: what distant lights shine on.
-    pub radius: f32,
+    radius: f32,
     /// The choice among punctual lights.
     pub punctual: PunctualDistribution,
     /// The environment's map.
@@ -35,6 +43,27 @@ pub struct LightTables {
     pub intensity: f32,
     /// The sun, rotated and multiplied by the intensity.
     pub sun: Option<Sun>,
+}
+
+impl Default for LightTables {
+    /// The dark, about nothing.
+    fn default() -> Self {
+        Self {
+            kinds: LightKinds::default(),
+            emitters: LightTree::default(),
+            power: SlotTree::default(),
+            quads: Vec::new(),
+            primitives: Vec::new(),
+            by_primitive: BTreeSet::new(),
+            radius: 1.0,
+            punctual: PunctualDistribution::default(),
+            map: None,
+            distribution: None,
+            rotation: [0.0, 1.0],
+            intensity: 0.0,
+            sun: None,
+        }
+    }
 }
 
 impl LightTables {
@@ -61,32 +90,80 @@ impl LightTables {
         });
     }
 
-    /// Takes over the punctual lights.
-    pub fn update_punctual(&mut self, scene: &ResidentScene) {
-        self.punctual = PunctualDistribution::build(&scene.lights);
+    /// Follows a batch that has been applied; [`Self::weigh_kinds`] is to follow. It costs O(log n) for each light that the
+    /// batch may have changed, and nothing for others.
+    pub fn update(&mut self, scene: &ResidentScene, changes: &LightChanges) -> LightWork {
+        self.radius = changes.scene_radius;
+        let mut work = LightWork::default();
+        if !changes.lights.is_empty() || changes.lights_len != scene.lights.len() {
+            self.punctual.update(&scene.lights, changes.lights.iter().copied());
+            work.count(changes.lights.len(), &mut self.punctual.tree);
+        }
+        let emitters = self.touched_emitters(scene, changes);
+        if !emitters.is_empty() {
+            self.update_emitters(scene, &emitters);
+            work.count(emitters.len(), &mut self.emitters);
+        }
+        work
     }
 
-    /// Takes over the emitters. It visits all of them: to be called when they or instances have changed.
-    pub fn update_emitters(&mut self, scene: &ResidentScene) {
-        self.quads.clear();
-        let mut any = false;
-        let mut bounds = Vec::with_capacity(scene.emitters.len());
-        for row in &scene.emitters {
-            let node = scene.render_nodes.get(row.render_node as usize);
-            let geometry = node.and_then(|node| Some((node, scene.mesh_descs.get(node.primitive as usize)?)));
-            let quad = geometry.and_then(|(node, desc)| Quad::new(scene, node, desc));
-            any |= quad.is_some();
-            bounds.push(geometry.and_then(|(node, desc)| {
-                let front = quad.map(|quad| quad.front(node));
-                LightBounds::of_emitter(row, node, desc, front)
-            }));
-            self.quads.push(quad);
+    /// The emitters that a batch may have changed, ascending.
+    fn touched_emitters(&self, scene: &ResidentScene, changes: &LightChanges) -> Vec<u32> {
+        let mut emitters = changes.emitters.clone();
+        for &primitive in &changes.primitives {
+            emitters.extend(self.by_primitive.range((primitive, 0)..=(primitive, NONE)).map(|&(_, emitter)| emitter));
         }
-        if !any {
-            self.quads.clear();
+        emitters.extend(scene.emitters.len() as u32..self.primitives.len() as u32);
+        emitters.sort_unstable();
+        emitters.dedup();
+        emitters
+    }
+
+    fn update_emitters(&mut self, scene: &ResidentScene, touched: &[u32]) {
+        let mut bounds = Vec::with_capacity(touched.len());
+        let mut primitives = Vec::with_capacity(touched.len());
+        for &emitter in touched {
+            let row = scene.emitters.get(emitter as usize);
+            let node = row.and_then(|row| scene.render_nodes.get(row.render_node as usize));
+            let desc = node.and_then(|node| scene.mesh_descs.get(node.primitive as usize));
+            let (mut quad, mut light) = (None, None);
+            if let (Some(row), Some(node), Some(desc)) = (row, node, desc) {
+                quad = Quad::new(scene, node, desc);
+                let front = quad.as_ref().map(|quad| quad.front(node));
+                light = LightBounds::of_emitter(row, node, desc, front);
+            }
+            set_sparse(&mut self.quads, emitter as usize, quad);
+            bounds.push((emitter, light));
+            primitives.push((emitter, node.map_or(NONE, |node| node.primitive)));
         }
-        self.emitter_power = scene.emitters.iter().map(|row| f64::from(row.power)).sum::<f64>() as f32;
-        self.emitters = LightTree::build(&bounds);
+        self.emitters.update(&bounds);
+        self.index_primitives(scene.emitters.len(), &primitives);
+        self.power
+            .update(scene.emitters.len(), touched.iter().copied(), |emitter| f64::from(scene.emitters[emitter].power));
+    }
+
+    /// Keeps the emitters by primitive.
+    fn index_primitives(&mut self, len: usize, changed: &[(u32, u32)]) {
+        if self.primitives.len() < len {
+            self.primitives.resize(len, NONE);
+        }
+        let was_empty = self.by_primitive.is_empty();
+        for &(emitter, primitive) in changed {
+            let Some(known) = self.primitives.get_mut(emitter as usize) else { continue };
+            let before = std::mem::replace(known, primitive);
+            if was_empty || before == primitive {
+                continue;
+            }
+            self.by_primitive.remove(&(before, emitter));
+            if primitive != NONE {
+                self.by_primitive.insert((primitive, emitter));
+            }
+        }
+        self.primitives.truncate(len);
+        if was_empty {
+            let known = (0..).zip(&self.primitives).filter(|&(_, &primitive)| primitive != NONE);
+            self.by_primitive = known.map(|(emitter, &primitive)| (primitive, emitter)).collect();
+        }
     }
 
     /// The quad that a row of the emitter buffer is.
@@ -99,6 +176,17 @@ impl LightTables {
     pub fn weigh_kinds(&mut self) {
         let map = self.distribution.as_ref().map_or(0.0, |d| distant_power(d.integral * self.intensity, self.radius));
         let sun = self.sun.as_ref().map_or(0.0, |sun| distant_power(sun_integral(sun), self.radius));
-        self.kinds = LightKinds::from_powers(self.emitter_power, map, sun);
+        self.kinds = LightKinds::from_powers(self.power.total() as f32, map, sun);
     }
+}
+
+/// Sets an element of a list that ends after its last element that ever was something.
+fn set_sparse<T: Clone>(list: &mut Vec<Option<T>>, at: usize, value: Option<T>) {
+    if at >= list.len() {
+        if value.is_none() {
+            return;
+        }
+        list.resize(at + 1, None);
+    }
+    list[at] = value;
 }

@@ -188,6 +188,9 @@ fn acos_turns(cos: f32) -> f32 {
 /// The smallest cone about two cones, each an axis and the cosine of its half angle.
 fn union_of_cones(a: ([f32; 3], f32), b: ([f32; 3], f32)) -> ([f32; 3], f32) {
     let ((wide, cos_wide), (narrow, cos_narrow)) = if a.1 <= b.1 { (a, b) } else { (b, a) };
+    if cos_wide <= -1.0 {
+        return (wide, -1.0);
+    }
     let (axis, other) = (Vec3::from_array(wide), Vec3::from_array(narrow));
     let (wide_turns, narrow_turns) = (acos_turns(cos_wide), acos_turns(cos_narrow));
     let cross = axis.cross(other);

@@ -4,12 +4,21 @@
 //! A walk from the root chooses one of two groups at each node, in proportion to a bound-like estimate of their light at
 //! the surface, down to one light. The probability of a light at a surface, which MIS asks for, is that of the walk to its
 //! leaf.
+//!
+//! The tree is made whole ([`build`]) and follows single lights at the cost of their paths ([`edit`]); every node that is
+//! written is logged ([`arena`]), so that a copy elsewhere follows by these writes alone.
 
+mod arena;
 mod bounds;
 mod build;
+mod edit;
+mod validate;
 
+pub use arena::LightTreeWrites;
 pub use bounds::LightBounds;
 
+use crate::rows::NONE;
+use arena::RowLog;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
@@ -22,28 +31,75 @@ const BY_POWER: f32 = 0.5;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct LightNode {
-    /// Of all lights below.
+    /// Of all lights below: exactly [`LightBounds::union`] of the two groups.
     pub bounds: LightBounds,
-    /// Node of the second group (the first one's is the next node), or 0 for one light.
-    pub second: u32,
+    /// Node of the first of the two groups, an odd number; the second one's is the next. 0 for one light.
+    pub first: u32,
     /// The node above; the root's is 0.
     pub parent: u32,
-    /// A light's number, of those that the tree was built over.
+    /// A light's number, of those that the tree is over; [`NONE`] for a group.
     pub light: u32,
     /// Zero.
     pub reserved: u32,
 }
 
-/// See the module. An empty tree has no nodes.
+/// What a node has below it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Group {
+    lights: u32,
+    /// Nodes on the longest way down, less one.
+    height: u32,
+}
+
+/// What following changes has cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightTreeCounters {
+    /// Nodes that were looked at or written, and lights that were sorted, level by level.
+    pub visited: u64,
+    /// Subtrees that were built anew since paths had become too deep.
+    pub repairs: u64,
+    /// Times that the whole tree was built anew, since most of its lights had changed.
+    pub rebuilds: u64,
+}
+
+/// See the module. An empty tree has no nodes. It changes by its functions alone; the fields are public to be read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightTree {
-    /// Node 0 is the root; children follow their parents.
+    /// Node 0 is the root; two groups of one node lie side by side. Those of free nodes are zero.
     pub nodes: Vec<LightNode>,
-    /// The node of each light, or 0 beyond the first for those that do not shine.
+    /// The node of each light, or [`NONE`] for those that do not shine.
     pub leaves: Vec<u32>,
+    /// By node.
+    groups: Vec<Group>,
+    /// First nodes of free pairs.
+    free: Vec<u32>,
+    node_log: RowLog,
+    leaf_log: RowLog,
+    counters: LightTreeCounters,
 }
 
 impl LightTree {
+    /// How many lights shine.
+    pub fn len(&self) -> usize {
+        self.groups.first().map_or(0, |root| root.lights as usize)
+    }
+
+    /// Whether none shines.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The light of a number, if it shines.
+    pub fn get(&self, light: u32) -> Option<&LightBounds> {
+        let &leaf = self.leaves.get(light as usize)?;
+        self.nodes.get(leaf as usize).map(|node| &node.bounds)
+    }
+
+    /// What changes have cost since it was asked last.
+    pub fn take_counters(&mut self) -> LightTreeCounters {
+        std::mem::take(&mut self.counters)
+    }
+
     /// Chooses a light for a surface at `from` with the unit normal `normal` on the side from which light is taken (zero
     /// for both sides) by a random number in 0..1: its number, and the probability of the choice. `None` where none can
     /// bring light.
@@ -52,28 +108,28 @@ impl LightTree {
         self.nodes.first()?;
         let below_one = |u: f32| u.min(1.0 - f32::EPSILON / 2.0);
         if u < BY_POWER {
-            let at = self.walk(below_one(u / BY_POWER), |tree, at| Some(tree.power_shares(at)))?.0;
+            let at = self.walk(below_one(u / BY_POWER), |tree, pair| Some(tree.power_shares(pair)))?.0;
             let light = self.nodes[at].light;
             return Some((light, self.probability(light, from, normal)));
         }
         let u = below_one((u - BY_POWER) / (1.0 - BY_POWER));
-        let (at, chosen) = self.walk(u, |tree, at| tree.shares(at, from, normal))?;
+        let (at, chosen) = self.walk(u, |tree, pair| tree.shares(pair, from, normal))?;
         Some((self.nodes[at].light, self.mixed(at, chosen)))
     }
 
     /// The probability with which [`Self::sample`] chooses a light.
     #[inline]
     pub fn probability(&self, light: u32, from: Vec3, normal: Vec3) -> f32 {
-        let Some(&leaf) = self.leaves.get(light as usize) else { return 0.0 };
-        let leaf = leaf as usize;
-        if self.nodes.get(leaf).is_none_or(|node| node.second != 0 || node.light != light) {
-            return 0.0;
-        }
+        let leaf = match self.leaves.get(light as usize) {
+            Some(&leaf) if leaf != NONE => leaf as usize,
+            _ => return 0.0,
+        };
         let (mut at, mut chosen) = (leaf, 1.0);
         while at != 0 && chosen > 0.0 {
             let parent = self.nodes[at].parent as usize;
-            let [first, second] = self.shares(parent, from, normal).unwrap_or([0.0; 2]);
-            chosen *= if at == parent + 1 { first } else { second };
+            let shares = self.shares(self.nodes[parent].first as usize, from, normal).unwrap_or([0.0; 2]);
+            // First groups have odd numbers.
+            chosen *= shares[1 - (at & 1)];
             at = parent;
         }
         self.mixed(leaf, chosen)
@@ -90,39 +146,37 @@ impl LightTree {
     fn walk(&self, mut u: f32, shares: impl Fn(&Self, usize) -> Option<[f32; 2]>) -> Option<(usize, f32)> {
         let (mut at, mut probability) = (0usize, 1.0f32);
         loop {
-            let second_node = self.nodes[at].second as usize;
-            if second_node == 0 {
+            let pair = self.nodes[at].first as usize;
+            if pair == 0 {
                 return Some((at, probability));
             }
-            let [first, second] = shares(self, at)?;
+            let [first, second] = shares(self, pair)?;
             // A share of 1 is chosen whatever the rounding of `u`.
             if u < first || second <= 0.0 {
                 u = (u / first).min(1.0 - f32::EPSILON / 2.0);
                 probability *= first;
-                at += 1;
+                at = pair;
             } else {
                 u = ((u - first) / second).clamp(0.0, 1.0 - f32::EPSILON / 2.0);
                 probability *= second;
-                at = second_node;
+                at = pair + 1;
             }
         }
     }
 
-    /// The parts of a group's power that its two groups have.
+    /// The parts of their power that two groups have, of which the first is at `pair`.
     #[inline]
-    fn power_shares(&self, at: usize) -> [f32; 2] {
-        let second = self.nodes[at].second as usize;
-        let [a, b] = [at + 1, second].map(|child| self.nodes[child].bounds.intensity);
+    fn power_shares(&self, pair: usize) -> [f32; 2] {
+        let [a, b] = [pair, pair + 1].map(|child| self.nodes[child].bounds.intensity);
         if a + b > 0.0 { [a / (a + b), b / (a + b)] } else { [0.5; 2] }
     }
 
-    /// Probabilities of the two groups below a node; `None` where neither can bring light.
+    /// Probabilities of two groups, of which the first is at `pair`; `None` where neither can bring light.
     #[inline]
-    fn shares(&self, at: usize, from: Vec3, normal: Vec3) -> Option<[f32; 2]> {
-        let second = self.nodes[at].second as usize;
-        let [a, b] = [at + 1, second].map(|child| {
+    fn shares(&self, pair: usize, from: Vec3, normal: Vec3) -> Option<[f32; 2]> {
+        let [a, b] = [pair, pair + 1].map(|child| {
             let node = &self.nodes[child];
-            node.bounds.importance(from, normal, node.second != 0)
+            node.bounds.importance(from, normal, node.first != 0)
         });
         let sum = a + b;
         (sum > 0.0).then(|| [a / sum, b / sum])
@@ -130,7 +184,8 @@ impl LightTree {
 
     /// Bytes in memory.
     pub fn bytes(&self) -> u64 {
-        (size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
+        let rows = size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice());
+        (rows + size_of_val(self.groups.as_slice())) as u64
     }
 }
 
@@ -169,15 +224,11 @@ mod tests {
             let tree = LightTree::build(&lights);
             let shining = lights.iter().flatten().count();
             assert_eq!(tree.nodes.len(), (2 * shining).saturating_sub(1));
-            assert_eq!(tree.nodes.iter().filter(|n| n.second == 0).count(), shining);
-            for (i, node) in tree.nodes.iter().enumerate() {
-                if node.second == 0 {
-                    assert_eq!(tree.leaves[node.light as usize] as usize, i);
-                    assert_eq!(Some(node.bounds), lights[node.light as usize]);
-                    continue;
-                }
-                let children = [i + 1, node.second as usize];
-                assert!(children.iter().all(|&c| c > i && tree.nodes[c].parent as usize == i));
+            tree.validate().unwrap();
+            assert!((0..).zip(&lights).all(|(light, bounds)| tree.get(light) == bounds.as_ref()));
+            for (i, node) in tree.nodes.iter().enumerate().filter(|(_, node)| node.first != 0) {
+                let children = [0, 1].map(|k| node.first as usize + k);
+                assert!(children.iter().all(|&c| c > i), "a fresh tree is in the order of a walk");
                 let sum: f32 = children.iter().map(|&c| tree.nodes[c].bounds.intensity).sum();
                 assert!((sum / node.bounds.intensity - 1.0).abs() < 1e-5);
                 for c in children.map(|c| tree.nodes[c].bounds) {

@@ -1,0 +1,64 @@
+//! What a batch may change about lights, and what following it costs.
+
+use crate::scene::ResidentScene;
+use orthant_resident::SceneBatch;
+use orthant_resident::batch::RowWrites;
+use orthant_resident::rows::NONE;
+use orthant_resident::sampling::LightTree;
+
+/// Rows that a batch may make others for light sampling. It is taken before the batch is applied: an instance that ceases to
+/// emit says so by its old row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightChanges {
+    /// Written rows of the light buffer.
+    pub lights: Vec<u32>,
+    /// Length of the light buffer before the batch.
+    pub lights_len: usize,
+    /// Rows of the emitter buffer that are written, or of which an instance is or was one. Some are named twice.
+    pub emitters: Vec<u32>,
+    /// RenderPrimitives whose geometry is written.
+    pub primitives: Vec<u32>,
+    /// Radius of the scene after the batch, in metres.
+    pub scene_radius: f32,
+}
+
+impl LightChanges {
+    /// Of a batch on a scene. O(the batch).
+    pub fn new(scene: &ResidentScene, batch: &SceneBatch) -> Self {
+        let mut emitters: Vec<u32> = written(&batch.emitters).collect();
+        for (row, new) in batch.render_nodes.ranges.iter().flat_map(|range| (range.first..).zip(&range.rows)) {
+            let old = scene.render_nodes.get(row as usize).map_or(NONE, |old| old.emitter);
+            emitters.extend([old, new.emitter].into_iter().filter(|&emitter| emitter != NONE));
+        }
+        Self {
+            lights: written(&batch.lights).collect(),
+            lights_len: scene.lights.len(),
+            emitters,
+            primitives: written(&batch.mesh_descs).chain(batch.blas_builds.iter().copied()).collect(),
+            scene_radius: batch.scene_radius,
+        }
+    }
+}
+
+fn written<T>(writes: &RowWrites<T>) -> impl Iterator<Item = u32> {
+    writes.ranges.iter().flat_map(|range| range.first..range.first + range.rows.len() as u32)
+}
+
+/// What following a batch has cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightWork {
+    /// Light and emitter rows that were looked at.
+    pub rows: u64,
+    /// Nodes of light trees that were looked at.
+    pub visited: u64,
+    /// Nodes of light trees that were written.
+    pub written: u64,
+}
+
+impl LightWork {
+    pub(super) fn count(&mut self, rows: usize, tree: &mut LightTree) {
+        self.rows += rows as u64;
+        self.visited += tree.take_counters().visited;
+        self.written += tree.take_writes().nodes.len() as u64;
+    }
+}
