@@ -136,7 +136,9 @@ impl LightTree {
             }
             // Of equally good ones the smaller, so that lights in one place make no chain.
             let is_smaller = self.groups[pair].lights <= self.groups[pair + 1].lights;
-            let takes_first = below[0] < below[1] || !(below[1] < below[0]) && is_smaller;
+            let takes_first = below[0]
+                .partial_cmp(&below[1])
+                .map_or(is_smaller, |order| order.is_lt() || order.is_eq() && is_smaller);
             at = if takes_first { pair } else { pair + 1 };
         }
     }

@@ -30,7 +30,7 @@ impl LightTree {
                 if self.leaves.get(node.light as usize) != Some(&(at as u32)) {
                     return fault(format!("light {} is said to be elsewhere", node.light));
                 }
-                if !(node.bounds.intensity > 0.0) {
+                if node.bounds.intensity.is_nan() || node.bounds.intensity <= 0.0 {
                     return fault(format!("its intensity is {}", node.bounds.intensity));
                 }
                 if self.groups[at] != (Group { lights: 1, height: 0 }) {
