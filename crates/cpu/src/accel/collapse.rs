@@ -79,12 +79,14 @@ impl Children {
 }
 
 impl WideCopy {
-    /// Copies a whole tree.
-    pub fn of(bvh: &mut Bvh<f32, 3>) -> Self {
+    /// Copies a whole tree, with room for more items.
+    pub fn of(bvh: &mut Bvh<f32, 3>, room: usize) -> Self {
         bvh.take_writes();
-        let mut copy = Self { wide_of: vec![NONE; bvh.nodes().len()], ..Self::default() };
+        let mut copy = Self { wide_of: Vec::with_capacity(bvh.nodes().len() + room), ..Self::default() };
+        copy.wide_of.resize(bvh.nodes().len(), NONE);
         if let Some(root) = bvh.root() {
-            copy.nodes.reserve(bvh.len() / 4 + 1);
+            // A wide node has about five children where trees are large.
+            copy.nodes.reserve((bvh.len() + room) / 4 + 1);
             copy.root = copy.make_root(root);
             copy.settle(bvh);
         }

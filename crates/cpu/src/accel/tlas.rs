@@ -47,7 +47,8 @@ impl Tlas {
         let boxes: Vec<Bounds> = items.iter().map(|(_, b)| Bounds { lower: b.min, upper: b.max }).collect();
         let joins = if boxes.len() < 2 { Vec::new() } else { joins(&BinaryTree::build(&boxes, 1)) };
         let mut bvh = Bvh::from_joins(&items, &joins).expect("the builder makes a tree of good boxes");
-        let wide = WideCopy::of(&mut bvh);
+        bvh.reserve(slack(items.len()));
+        let wide = WideCopy::of(&mut bvh, slack(items.len()));
         Self { bvh, wide, writes: NodeWrites::default() }
     }
 
@@ -155,6 +156,11 @@ impl Tlas {
         }
         self.wide.validate(&self.bvh).map_err(|what| format!("the TLAS: {what}"))
     }
+}
+
+/// Room for items to come that a fresh tree keeps, so that the first edits do not move it in memory.
+fn slack(items: usize) -> usize {
+    items / 8 + 1024
 }
 
 /// The joins of a tree with one item a leaf, parents first.

@@ -168,6 +168,9 @@ impl ResidentScene {
                 changed.push(index);
             }
         };
+        if self.render_nodes.is_empty() {
+            self.users.reserve(writes.ranges.first().map_or(0, |range| range.rows.capacity()));
+        }
         for index in writes.len..self.render_nodes.len() as u32 {
             change(index, self.render_nodes.get(index as usize), None);
         }

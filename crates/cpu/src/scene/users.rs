@@ -13,6 +13,11 @@ pub(super) struct PrimitiveUsers {
 }
 
 impl PrimitiveUsers {
+    /// Makes room for rows.
+    pub fn reserve(&mut self, rows: usize) {
+        self.links.reserve(rows.saturating_sub(self.links.len()));
+    }
+
     /// Puts a row, which is in no list, into the list of a RenderPrimitive.
     pub fn link(&mut self, row: u32, primitive: u32) {
         if self.first.len() <= primitive as usize {

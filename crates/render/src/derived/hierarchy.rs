@@ -138,6 +138,12 @@ impl Hierarchy {
         Ok(hierarchy)
     }
 
+    /// Makes room for nodes to come.
+    pub(super) fn reserve(&mut self, nodes: usize) {
+        self.nodes.reserve(nodes);
+        self.index.reserve(nodes);
+    }
+
     /// A node that the scene shows.
     pub fn get(&self, id: NodeId) -> Option<&DerivedNode> {
         Some(&self.nodes[self.entry(id)? as usize])
@@ -152,7 +158,7 @@ impl Hierarchy {
     pub(super) fn set_entry(&mut self, id: NodeId, entry: u32) {
         let slot = Store::<_, ()>::slot(id);
         if slot >= self.index.len() {
-            self.index.resize((slot + 1).next_power_of_two(), NONE);
+            self.index.resize(slot + 1, NONE);
         }
         self.index[slot] = entry;
     }

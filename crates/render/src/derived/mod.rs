@@ -155,6 +155,9 @@ impl DerivedScene {
         derived.streams.mesh_descs = Vec::new();
         if let Some(kept) = kept {
             derived.live = Some(Box::new(sync::Live::new(scene, options, &table, kept, &derived)));
+            derived.render_nodes.reserve(sync::slack(derived.render_nodes.len()));
+            derived.owners.reserve(sync::slack(derived.owners.len()));
+            derived.hierarchy.reserve(sync::slack(derived.hierarchy.nodes.len()));
         }
         Ok(derived)
     }
@@ -181,7 +184,7 @@ impl DerivedScene {
             lights: RowWrites::whole(self.lights.clone()),
             emitter_triangles: RowWrites::whole(streams.emitter_triangles),
             emitters: RowWrites::whole(self.emitters.clone()),
-            render_nodes: RowWrites::whole(self.render_nodes.clone()),
+            render_nodes: RowWrites::whole(with_slack(&self.render_nodes, self.live.is_some())),
             tlas: TlasAction::Rebuild,
             scene_radius: scene_radius(&self.render_nodes, &self.mesh_descs),
         }
@@ -238,6 +241,13 @@ impl DerivedScene {
         self.lights.iter().any(|row| row.kind != LightKind::None as u32)
             || self.emitters.iter().any(|row| row.power > 0.0)
     }
+}
+
+/// A copy of rows; of a scene that is edited with room for rows to come, so that the first ones do not move all of them.
+fn with_slack(rows: &[RenderNodeRow], is_live: bool) -> Vec<RenderNodeRow> {
+    let mut copy = Vec::with_capacity(rows.len() + if is_live { sync::slack(rows.len()) } else { 0 });
+    copy.extend_from_slice(rows);
+    copy
 }
 
 /// The row of a material: its slot + 1, or 0 for the default one.

@@ -5,6 +5,7 @@
 mod common;
 mod cost;
 mod exports;
+mod holes;
 mod named;
 mod oracle;
 mod scenes;
@@ -91,6 +92,12 @@ impl Live {
     fn sync(&mut self) -> SyncReport {
         let changes = self.scene.change_log().take(&mut self.cursor).expect("the log reaches back far enough");
         let (batch, report) = self.derived.sync(&self.scene, &changes).unwrap();
+        self.copy.apply(batch);
+        report
+    }
+
+    fn close_holes(&mut self, max_rows: u32) -> SyncReport {
+        let (batch, report) = self.derived.close_holes(&self.scene, max_rows).unwrap();
         self.copy.apply(batch);
         report
     }

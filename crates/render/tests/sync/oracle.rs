@@ -21,6 +21,12 @@ fn drive(name: &str, scene: &Scene, choices: impl IntoIterator<Item = Choice>, s
             if let Err(difference) = live.check() {
                 panic!("{name}: {difference}, after\n{script}");
             }
+            if live.derived.holes_are_due() {
+                live.close_holes(10);
+                if let Err(difference) = live.check() {
+                    panic!("{name}, holes closed: {difference}, after\n{script}");
+                }
+            }
         }
     }
 }

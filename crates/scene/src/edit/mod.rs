@@ -95,6 +95,8 @@ impl Scene {
         if self.editing.index.is_some() {
             return;
         }
+        // Room for nodes to come, so that the first that comes does not move all of them.
+        self.nodes.reserve(self.nodes.slot_bound() / 8 + 1024);
         self.nodes.values_mut().for_each(|node| node.children.prepare());
         self.scenes.values_mut().for_each(|scene| scene.roots.prepare());
         self.editing.index = Some(Box::new(ReferenceIndex::of(self)));

@@ -19,11 +19,7 @@ impl DerivedScene {
     ///
     /// # Errors
     /// If the scene was derived without [`crate::DeriveOptions::live`].
-    pub fn close_holes(
-        &mut self,
-        scene: &Scene,
-        max_rows: u32,
-    ) -> Result<(SceneBatch, SyncReport), DeriveError> {
+    pub fn close_holes(&mut self, scene: &Scene, max_rows: u32) -> Result<(SceneBatch, SyncReport), DeriveError> {
         let Some(mut live) = self.live.take() else {
             let what = "the scene was derived to be shown once, and keeps no account of its rows";
             return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
@@ -40,7 +36,9 @@ impl Sync<'_> {
     fn close_holes(&mut self, max_rows: u32) {
         let mut left = max_rows;
         let mut is_first = true;
-        while let Some((hole, length)) = self.live.node_spans.free_spans().next() {
+        loop {
+            let first_hole = self.live.node_spans.free_spans().next();
+            let Some((hole, length)) = first_hole else { break };
             // The last node into the hole that it fits best; if it is too large for all of them, what follows the first hole
             // slides down to where that begins.
             let last = self.span_at(self.live.node_spans.end() - 1);

@@ -11,6 +11,7 @@
 mod dirty;
 mod extent;
 mod geometry;
+mod holes;
 mod nodes;
 pub mod oracle;
 mod registry;
@@ -38,6 +39,11 @@ use orthant_scene::model::{NodeId, SceneId, VariantId};
 use registry::Registry;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use textures::TextureTable;
+
+/// Room for rows to come that arrays of a scene keep which is edited.
+pub(super) fn slack(rows: usize) -> usize {
+    rows / 8 + 1024
+}
 
 /// What a sync found and wrote.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -185,7 +191,12 @@ impl Live {
             store: GeometryStore::of(&derived.mesh_descs),
             node_spans: SpanAllocator::packed(count(derived.render_nodes.len())),
             free_entries: Vec::new(),
-            stamps: vec![0; derived.hierarchy.nodes.len()],
+            stamps: {
+                let nodes = derived.hierarchy.nodes.len();
+                let mut stamps = Vec::with_capacity(nodes + slack(nodes));
+                stamps.resize(nodes, 0);
+                stamps
+            },
             stamp: 0,
             poses: table
                 .deformed_nodes()

@@ -77,15 +77,20 @@ impl Sync<'_> {
 
     /// Writes a render-node row, if it is another.
     pub(super) fn write_row(&mut self, index: u32, new: RenderNodeRow) {
-        let old = std::mem::replace(&mut self.derived.render_nodes[index as usize], new);
-        if same_bytes(&old, &new) {
-            return;
-        }
-        self.live.dirty.render_nodes.mark(index);
-        self.live.tlas.change(index, &old, &new, &self.derived.mesh_descs);
+        let old = self.put_row(index, new);
         if old.emitter != NONE && new.emitter == NONE {
             self.release_emitter(old.emitter);
         }
+    }
+
+    /// Writes a render-node row, if it is another, and nothing else; the row that it was.
+    pub(super) fn put_row(&mut self, index: u32, new: RenderNodeRow) -> RenderNodeRow {
+        let old = std::mem::replace(&mut self.derived.render_nodes[index as usize], new);
+        if !same_bytes(&old, &new) {
+            self.live.dirty.render_nodes.mark(index);
+            self.live.tlas.change(index, &old, &new, &self.derived.mesh_descs);
+        }
+        old
     }
 
     fn release_emitter(&mut self, emitter: u32) {

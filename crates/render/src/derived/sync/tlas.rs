@@ -93,8 +93,9 @@ impl TlasState {
             let now = Box3::of(row, descs);
             Instance { built: now, now, build: 0 }
         };
-        let instances: Vec<Instance> = rows.iter().map(instance).collect();
-        let area = instances.iter().map(|instance| instance.now.area()).sum();
+        let mut instances = Vec::with_capacity(rows.len() + super::slack(rows.len()));
+        instances.extend(rows.iter().map(instance));
+        let area = instances.iter().map(|instance: &Instance| instance.now.area()).sum();
         Self { policy, instances, built_area: area, grown_area: area, area, ..Self::default() }
     }
 
