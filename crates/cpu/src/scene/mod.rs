@@ -144,6 +144,9 @@ impl ResidentScene {
         const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
         let is_seen = |row: &RenderNodeRow| row.flags & SEEN == SEEN;
         let shows = |row: &RenderNodeRow| (row.flags & NodeFlags::OCCUPIED != 0).then_some(row.primitive);
+        if self.render_nodes.is_empty() {
+            self.users.reserve(writes.ranges.first().map_or(0, |range| range.rows.capacity()));
+        }
         let mut changed = Vec::new();
         let mut change = |index: u32, old: Option<&RenderNodeRow>, new: Option<&RenderNodeRow>| {
             let (was, now) = (old.and_then(shows), new.and_then(shows));
@@ -168,9 +171,6 @@ impl ResidentScene {
                 changed.push(index);
             }
         };
-        if self.render_nodes.is_empty() {
-            self.users.reserve(writes.ranges.first().map_or(0, |range| range.rows.capacity()));
-        }
         for index in writes.len..self.render_nodes.len() as u32 {
             change(index, self.render_nodes.get(index as usize), None);
         }
