@@ -102,7 +102,7 @@ fn a_refused_operation_names_its_line_and_writes_nothing() {
 fn wrong_usage_and_missing_parts_have_their_codes() {
     let (_folder, path) = folder_with_box();
     script(&path, &[r#"{"op": "set_time", "seconds": 1}"#]);
-    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl"], 4, &["line 1", "set_time"]);
+    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl"], 3, &["line 1", "/seconds", "no animation"]);
     fail(&path, &["edit", "box.glb", "--ops", "none.jsonl"], 3, &["none.jsonl"]);
     fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "x.png"], 2, &["x.png"]);
     fail(&path, &["edit", "box.glb"], 2, &["--ops"]);

@@ -33,6 +33,9 @@ fn wrong_usage_is_2() {
     render(&["--camera", "nobody"], &["camera"]);
     render(&["--scene", "7"], &["1 scenes"]);
     render(&["--variant", "x"], &["no variants"]);
+    render(&["--time", "1.5"], &["box.glb", "no animations"]);
+    render(&["--animation", "walk"], &["walk", "no animations"]);
+    render(&["--time", "NaN"], &["finite"]);
     fail(&f, &["render", "box.glb", "-o", "out.gif"], 2, &["out.gif", ".png"]);
     fail(&f, &["render", "box.glb", "-o", "o.share", "--spp", "40", "--samples", "0..24"], 2, &["multiple of 16"]);
     fail(&f, &["render", "box.glb", "-o", "o.share", "--aov", "depth"], 2, &["AOV"]);
@@ -66,8 +69,6 @@ fn what_is_not_built_is_4() {
     for (rest, word) in [
         (["--backend", "vulkan"], "Vulkan"),
         (["--renderer", "raster"], "raster"),
-        (["--time", "1.5"], "animation"),
-        (["--animation", "walk"], "animation"),
         (["--world", "w.orw"], "world"),
         (["--device", "no such card"], "devices"),
     ] {

@@ -5,6 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use orthant_resident::Camera;
 use orthant_resident::camera::Projection;
 use orthant_scene::Scene;
+use orthant_scene::animation::Posed;
 use orthant_scene::model::{CameraId, CameraProjection};
 
 /// A camera in the document's world, in `f64`.
@@ -49,8 +50,9 @@ impl View {
     /// A camera of the document, at the first node that the scene shows with it, for a picture of an aspect (width over
     /// height; what is seen of a CRTS camera depends on it); `None` where no node shows it.
     pub fn of_camera(scene: &Scene, derived: &DerivedScene, id: CameraId, aspect: f64) -> Option<Self> {
-        let camera = scene.cameras().get(id)?;
-        let node = derived.hierarchy.nodes.iter().find(|n| scene.nodes()[n.node].camera == Some(id))?;
+        scene.cameras().get(id)?;
+        let camera = Posed::new(scene, &derived.pose).camera(id);
+        let node = derived.hierarchy.nodes.iter().find(|n| n.is_used() && scene.nodes()[n.node].camera == Some(id))?;
         let DAffine3 { matrix3, translation } = node.world;
         let backward = matrix3.z_axis.try_normalize()?;
         // A camera's node may be scaled or sheared; what counts is where it looks and what is up there.

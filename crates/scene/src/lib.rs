@@ -4,6 +4,7 @@
 //! a stale one is an error. It knows nothing of rendering.
 
 pub mod accessor;
+pub mod animation;
 pub mod codec;
 mod compare;
 pub mod edit;

@@ -6,8 +6,9 @@ use orthant_cpu::CpuBackend;
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::Backend;
 use orthant_scene::Scene;
+use orthant_scene::animation::{AnimationPlayer, Pose};
 use orthant_scene::edit::Cursor;
-use orthant_scene::edit::script::{Operation, Session};
+use orthant_scene::edit::script::{Operation, Outcome, Session};
 use orthant_scene::import::ImportOptions;
 use std::path::Path;
 
@@ -18,6 +19,8 @@ pub struct Follower {
     derived: DerivedScene,
     backend: Option<CpuBackend>,
     cursor: Cursor,
+    pose: Pose,
+    player: AnimationPlayer,
 }
 
 fn options(scene: &Scene) -> DeriveOptions {
@@ -37,16 +40,25 @@ impl Follower {
             backend.apply(batch).map_err(|e| format!("the backend refuses the scene: {e}"))?;
         }
         let cursor = scene.change_log().cursor();
-        Ok(Self { scene, session: Session::new(Path::new("."), ImportOptions::default()), derived, backend, cursor })
+        let session = Session::new(Path::new("."), ImportOptions::default());
+        let (pose, player) = (Pose::default(), AnimationPlayer::new(u64::MAX));
+        Ok(Self { scene, session, derived, backend, cursor, pose, player })
     }
 
     /// One operation, followed. `false` if it was refused.
     pub fn step(&mut self, operation: &Operation) -> Result<bool, String> {
-        if self.session.run(&mut self.scene, operation).is_err() {
-            return Ok(false);
+        match self.session.run(&mut self.scene, operation) {
+            Ok(Outcome::TimeSet { seconds, animation }) => {
+                let pose = animation.map(|id| self.player.pose(&self.scene, id, seconds)).transpose();
+                // An edit may have made an animation one that cannot be played.
+                let Ok(pose) = pose else { return Ok(false) };
+                self.pose = pose.unwrap_or_default();
+            }
+            Ok(_) => {}
+            Err(_) => return Ok(false),
         }
         let changes = self.scene.change_log().take(&mut self.cursor).ok_or("the log of changes is too short")?;
-        let (batch, _) = self.derived.sync(&self.scene, &changes).map_err(|e| format!("sync: {e}"))?;
+        let (batch, _) = self.derived.sync(&self.scene, &self.pose, &changes).map_err(|e| format!("sync: {e}"))?;
         if let Some(backend) = &mut self.backend {
             backend.apply(batch).map_err(|e| format!("the backend refuses the batch: {e}"))?;
         }
@@ -66,7 +78,8 @@ impl Follower {
     /// were compared.
     pub fn check_rays(&self, seed: u64) -> Result<u64, String> {
         let Some(backend) = &self.backend else { return Ok(0) };
-        let mut fresh = DerivedScene::derive(&self.scene, &options(&self.scene)).map_err(|e| e.to_string())?;
+        let posed = DeriveOptions { pose: self.pose.clone(), ..options(&self.scene) };
+        let mut fresh = DerivedScene::derive(&self.scene, &posed).map_err(|e| e.to_string())?;
         let mut loaded = CpuBackend::new();
         let batch = fresh.load_batch();
         loaded.apply(batch).map_err(|e| format!("a backend refuses the full derivation: {e}"))?;

@@ -4,7 +4,7 @@ use crate::follow::Follower;
 use orthant::failure::Failure;
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
-use orthant_scene::edit::random::{Choice, Choices, operation};
+use orthant_scene::edit::random::{Choice, Choices, operation, time};
 use orthant_scene::edit::script::Operation;
 use orthant_scene::export::{ExportOptions, Images, gltf::to_glb};
 use orthant_scene::model::Kind;
@@ -53,6 +53,9 @@ impl Source {
         if choice.0 == u8::MAX && nodes < self.most_nodes && !self.merged.is_empty() {
             let path = &self.merged[choice.1 as usize % self.merged.len()];
             return Operation::MergeScene { path: path.display().to_string(), parent: None, label: None };
+        }
+        if choice.1 % 6 == 5 && scene.count(Kind::Animation) > 0 {
+            return time(scene, choice);
         }
         match operation(scene, choice) {
             Operation::Duplicate { node, .. } if nodes > self.most_nodes => Operation::Delete { node },

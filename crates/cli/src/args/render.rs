@@ -95,10 +95,10 @@ pub struct RenderArgs {
     /// Let the scene refer to files outside its own folder tree
     #[arg(long, help_heading = "Scene")]
     pub allow_external_files: bool,
-    /// Time of the animation (not built yet: exit code 4)
-    #[arg(long, value_name = "SECONDS", value_parser = finite, allow_hyphen_values = true, help_heading = "Scene")]
-    pub time: Option<f32>,
-    /// Which animation (not built yet: exit code 4)
+    /// Time of the animation [default: the rest pose; with --animation, 0]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_hyphen_values = true, help_heading = "Scene")]
+    pub time: Option<f64>,
+    /// Which animation [default: with --time, the first]
     #[arg(long, value_name = "INDEX|NAME", help_heading = "Scene")]
     pub animation: Option<String>,
     /// A voxel world in the same frame (not built yet: exit code 4)
@@ -151,6 +151,10 @@ pub struct RenderArgs {
     /// Compare what is resident in the backend with the scene, and end with exit code 5 where they differ
     #[arg(long, help_heading = "Rendering")]
     pub validate: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "expected a finite number of seconds".into())
 }
 
 fn field_of_view(text: &str) -> Result<f32, String> {

@@ -7,6 +7,7 @@ use orthant_render::derived::sync::SyncReport;
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::Backend;
 use orthant_scene::Scene;
+use orthant_scene::animation::Pose;
 use orthant_scene::edit::{Cursor, Edit, Grouping, History};
 use orthant_scene::import::{ImportOptions, import_slice};
 use orthant_scene::model::{MaterialId, NodeId, Transform};
@@ -121,7 +122,7 @@ impl Live {
 
     fn follow(&mut self) -> Result<SyncReport, Failure> {
         let changes = self.scene.change_log().take(&mut self.cursor).ok_or_else(|| internal("the log is too short"))?;
-        let (batch, report) = self.derived.sync(&self.scene, &changes).map_err(internal)?;
+        let (batch, report) = self.derived.sync(&self.scene, &Pose::default(), &changes).map_err(internal)?;
         self.backend.apply(batch).map_err(internal)?;
         Ok(report)
     }

@@ -137,8 +137,13 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
 
 /// A scene as `render` loads it.
 fn load(file: &Path, settings: Settings) -> Result<Loaded, Failure> {
-    let options =
-        LoadOptions { scene: None, variant: None, allow_external_files: false, max_memory: settings.max_memory };
+    let options = LoadOptions {
+        scene: None,
+        variant: None,
+        moment: None,
+        allow_external_files: false,
+        max_memory: settings.max_memory,
+    };
     job::load(file, &options)
 }
 

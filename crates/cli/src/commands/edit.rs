@@ -10,8 +10,9 @@ use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::Backend;
 use orthant_resident::batch::TlasAction;
 use orthant_scene::Scene;
+use orthant_scene::animation::{AnimationPlayer, AnimationWarning, Pose};
+use orthant_scene::edit::Cursor;
 use orthant_scene::edit::script::{Operation, Outcome, Session};
-use orthant_scene::edit::{Cursor, EditError};
 use orthant_scene::export::{ExportFault, ExportOptions, export_path};
 use orthant_scene::import::{Format, ImportOptions, import_path};
 use serde_json::{Value, json};
@@ -67,16 +68,21 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             Ok(entry) => report.push_str(&format!("{entry}\n")),
             Err(Stopped::Refused(error)) if args.keep_going => {
                 refused += 1;
-                report.push_str(&format!("{}\n", json!({"line": number + 1, "refused": error.to_string()})));
+                report.push_str(&format!("{}\n", json!({"line": number + 1, "refused": error})));
                 if !common.quiet {
                     eprintln!("warning: {}: line {}: {error}", args.ops.display(), number + 1);
                 }
             }
             Err(Stopped::Refused(error)) => {
-                return Err(at(Failure::new(Exit::BadInput, error.to_string())
+                return Err(at(Failure::new(Exit::BadInput, error)
                     .remedy("mend the line, or leave refused operations out with --keep-going; nothing is written")));
             }
             Err(Stopped::Failed(failure)) => return Err(at(failure)),
+        }
+        for warning in live.new_warnings() {
+            if !common.quiet {
+                eprintln!("warning: {}: {warning}", args.scene.display());
+            }
         }
     }
     if let Some(path) = &args.report {
@@ -104,8 +110,8 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
 
 /// Why a line stopped the script.
 enum Stopped {
-    /// The operation makes no sense; nothing has changed.
-    Refused(EditError),
+    /// The operation makes no sense, for this reason; nothing has changed.
+    Refused(String),
     /// Something else went wrong.
     Failed(Failure),
 }
@@ -117,6 +123,11 @@ struct Live {
     derived: DerivedScene,
     backend: Option<CpuBackend>,
     cursor: Cursor,
+    /// The overlay of `set_time`. It is not part of the document, and not saved.
+    pose: Pose,
+    player: AnimationPlayer,
+    /// What animations are not played as the file says, each once.
+    warnings: Vec<AnimationWarning>,
     verify: bool,
 }
 
@@ -136,21 +147,25 @@ impl Live {
             }
         };
         let cursor = scene.change_log().cursor();
-        Ok(Self { scene, session, derived, backend, cursor, verify: args.verify })
+        let (pose, player) = (Pose::default(), AnimationPlayer::new(max_bytes));
+        Ok(Self { scene, session, derived, backend, cursor, pose, player, warnings: Vec::new(), verify: args.verify })
     }
 
     /// One line of the script; its line of the report.
     fn line(&mut self, line: &str) -> Result<Value, Stopped> {
-        let operation = Operation::parse(line).map_err(Stopped::Refused)?;
+        let operation = Operation::parse(line).map_err(|e| Stopped::Refused(e.to_string()))?;
         let start = Instant::now();
-        let outcome = self.session.run(&mut self.scene, &operation).map_err(Stopped::Refused)?;
-        let edit_time = start.elapsed();
-        if let Outcome::TimeSet { .. } = outcome {
-            let what = "set_time: playing animations is not built yet";
-            return Err(Stopped::Failed(
-                Failure::missing(what).remedy("leave the operation out; the rest pose is right"),
-            ));
+        let outcome = self.session.run(&mut self.scene, &operation).map_err(|e| Stopped::Refused(e.to_string()))?;
+        if let Outcome::TimeSet { seconds, animation } = outcome {
+            self.pose = match animation {
+                Some(id) => {
+                    let pose = self.player.pose(&self.scene, id, seconds);
+                    pose.map_err(|e| Stopped::Refused(e.to_string()))?
+                }
+                None => Pose::default(),
+            };
         }
+        let edit_time = start.elapsed();
         let start = Instant::now();
         let synced = self.sync().map_err(Stopped::Failed)?;
         let sync_time = start.elapsed();
@@ -160,12 +175,23 @@ impl Live {
         Ok(self.entry(&operation, &synced, edit_time, sync_time))
     }
 
+    /// What the animation that is played is not shown of, if that was not said before.
+    fn new_warnings(&mut self) -> Vec<AnimationWarning> {
+        let known = &self.warnings;
+        let new: Vec<AnimationWarning> =
+            self.player.warnings().iter().filter(|warning| !known.contains(warning)).cloned().collect();
+        self.warnings.extend_from_slice(&new);
+        new
+    }
+
     fn sync(&mut self) -> Result<SyncReport, Failure> {
         let internal = |what: String| Failure::new(Exit::Internal, what);
         let changes = self.scene.change_log().take(&mut self.cursor);
         let changes = changes.ok_or_else(|| internal("the log of changes does not reach back".to_owned()))?;
-        let (batch, report) =
-            self.derived.sync(&self.scene, &changes).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+        let (batch, report) = self
+            .derived
+            .sync(&self.scene, &self.pose, &changes)
+            .map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
         if let Some(backend) = &mut self.backend {
             backend.apply(batch).map_err(|e| internal(e.to_string()))?;
         }

@@ -19,6 +19,7 @@ pub fn run(args: &InfoArgs, common: &Common) -> Result<(), Failure> {
     let options = LoadOptions {
         scene: None,
         variant: None,
+        moment: None,
         allow_external_files: args.allow_external_files,
         max_memory: common.max_memory(),
     };

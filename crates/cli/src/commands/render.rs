@@ -4,7 +4,7 @@ use crate::args::{AovArg, BackendArg, Common, FilterArg, RenderArgs, RendererArg
 use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use crate::image_io::{Display, Format};
-use crate::job::{LoadOptions, Loaded, Progress, aov, camera, environment, load, settings, validate};
+use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings, validate};
 use crate::output::{write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
 use orthant_cpu::CpuBackend;
@@ -40,6 +40,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let options = LoadOptions {
         scene: args.scene,
         variant: args.variant.as_deref(),
+        moment: moment(args),
         allow_external_files: args.allow_external_files,
         max_memory: common.max_memory(),
     };
@@ -171,11 +172,13 @@ impl Plan {
     }
 }
 
+/// The time of an animation that is asked for: an animation without a time begins.
+fn moment(args: &RenderArgs) -> Option<Moment<'_>> {
+    let is_asked = args.time.is_some() || args.animation.is_some();
+    is_asked.then(|| Moment { seconds: args.time.unwrap_or(0.0), animation: args.animation.as_deref() })
+}
+
 fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
-    if args.time.is_some() || args.animation.is_some() {
-        let what = "animation is not built yet: leave --time and --animation out for the rest pose";
-        return Err(Failure::missing(what));
-    }
     if args.world.is_some() {
         return Err(Failure::missing("worlds are not built yet: leave --world out"));
     }
@@ -254,8 +257,8 @@ fn render_share(
     work: &mut Work,
 ) -> Result<(), Failure> {
     let Tile { x, y, width, height } = plan.tile;
-    let choices = (args.scene, args.variant.as_deref());
-    let settings = settings::hash(&args.file, &loaded.scene, choices, environment, frame)
+    let choices = format!("{:?}", (args.scene, args.variant.as_deref(), moment(args)));
+    let settings = settings::hash(&args.file, &loaded.scene, &choices, environment, frame)
         .map_err(|e| Failure::io(&args.file, "read the file", &e))?;
     let header = Header {
         program: settings::program(),

@@ -1,5 +1,6 @@
 //! From a scene file to a derived scene.
 
+use super::animation::{self, Moment};
 use crate::failure::{Exit, Failure};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
@@ -14,6 +15,8 @@ pub struct LoadOptions<'a> {
     pub scene: Option<usize>,
     /// The material variant, by name.
     pub variant: Option<&'a str>,
+    /// The time of an animation to show; `None` is the rest pose.
+    pub moment: Option<Moment<'a>>,
     /// Whether the scene may refer to files outside its own folder tree.
     pub allow_external_files: bool,
     /// Bytes that loading may take.
@@ -42,7 +45,7 @@ pub struct Loaded {
 /// Loads and derives.
 ///
 /// # Errors
-/// A bad file (bad input), or a scene or variant that it does not have (usage).
+/// A bad file (bad input), or a scene, variant or animation that it does not have (usage).
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
     let start = Instant::now();
     let mut import = ImportOptions::default();
@@ -74,13 +77,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         .transpose()?;
 
     let start = Instant::now();
-    let derive = DeriveOptions {
-        scene: shown,
-        variant,
-        images: true,
-        max_bytes: options.max_memory.saturating_sub(imported.charged_bytes),
-        live: false,
+    let max_bytes = options.max_memory.saturating_sub(imported.charged_bytes);
+    let (pose, animation_warnings) = match options.moment {
+        Some(moment) => animation::pose(&scene, moment, path, max_bytes)?,
+        None => Default::default(),
     };
+    let derive = DeriveOptions { scene: shown, variant, images: true, max_bytes, live: false, pose };
     let derived = DerivedScene::derive(&scene, &derive)
         .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;
     let derive_time = start.elapsed();
@@ -88,6 +90,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         .warnings
         .iter()
         .map(ToString::to_string)
+        .chain(animation_warnings.iter().map(ToString::to_string))
         .chain(derived.warnings.iter().map(ToString::to_string))
         .collect();
     Ok(Loaded { path: path.to_owned(), format: imported.format, scene, derived, warnings, load_time, derive_time })

@@ -1,5 +1,6 @@
 //! What a command does with a scene before and after the backend: loading, cameras, environments, checks, statistics.
 
+pub mod animation;
 pub mod aov;
 pub mod camera;
 pub mod environment;
@@ -8,5 +9,6 @@ pub mod progress;
 pub mod settings;
 pub mod validate;
 
+pub use animation::Moment;
 pub use load::{LoadOptions, Loaded, load};
 pub use progress::Progress;

@@ -13,7 +13,7 @@ use std::path::Path;
 pub fn hash(
     file: &Path,
     scene: &Scene,
-    choices: (Option<usize>, Option<&str>),
+    choices: &str,
     environment: &Environment,
     frame: &Frame,
 ) -> std::io::Result<String> {
@@ -41,7 +41,7 @@ pub fn hash(
     let light = (size, environment.rotation, environment.intensity, environment.sun);
     let Frame { camera, max_depth, roulette_depth, firefly_clamp, estimator, filter, .. } = frame;
     let paths = (max_depth, roulette_depth, firefly_clamp, estimator, filter);
-    write!(text, "{choices:?} {light:?} {camera:?} {paths:?}").map_err(|_| std::io::ErrorKind::Other)?;
+    write!(text, "{choices} {light:?} {camera:?} {paths:?}").map_err(|_| std::io::ErrorKind::Other)?;
     part(text.as_bytes());
     Ok(hasher.finalize().to_hex().to_string())
 }

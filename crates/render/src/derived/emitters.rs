@@ -5,13 +5,15 @@ use super::materials::Materials;
 use super::primitives::PrimitiveTable;
 use glam::Vec3;
 use orthant_resident::rows::{EmitterRow, MaterialFlags, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
-use orthant_scene::Scene;
+use orthant_scene::animation::Posed;
 
 /// Which RenderPrimitives need an area table: those that some primitive shows with an emissive material, under any
 /// variant (so that choosing a variant changes no geometry).
-pub fn emissive_primitives(scene: &Scene, table: &PrimitiveTable) -> Vec<bool> {
+pub fn emissive_primitives(posed: Posed<'_>, table: &PrimitiveTable) -> Vec<bool> {
+    let scene = posed.scene;
     let mut emissive_row = vec![false; scene.materials().slot_bound() + 1];
-    for (id, material) in scene.materials().iter() {
+    for id in scene.materials().ids() {
+        let material = posed.material(id);
         let strength = material.emissive_strength.unwrap_or(1.0);
         emissive_row[material_row(Some(id)) as usize] = material.emissive.iter().any(|&c| c * strength > 0.0);
     }

@@ -9,6 +9,7 @@ use glam::{DAffine3, DMat4, DVec3, Vec3};
 use orthant_resident::rows::{MeshDesc, NONE};
 use orthant_scene::Scene;
 use orthant_scene::accessor;
+use orthant_scene::animation::Posed;
 use orthant_scene::model::{NodeId, SceneId, Store};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
@@ -82,7 +83,8 @@ impl Hierarchy {
     /// # Errors
     /// A node that is reached twice: a cycle or two parents. The importers refuse such documents, so this guards
     /// against documents that were made otherwise.
-    pub fn build(scene: &Scene, shown: Option<SceneId>, table: &PrimitiveTable) -> Result<Self, DeriveError> {
+    pub fn build(posed: Posed<'_>, shown: Option<SceneId>, table: &PrimitiveTable) -> Result<Self, DeriveError> {
+        let scene = posed.scene;
         let roots = roots(scene, shown);
         let mut hierarchy =
             Self { nodes: Vec::with_capacity(scene.nodes().len()), index: vec![NONE; scene.nodes().slot_bound()] };
@@ -99,7 +101,7 @@ impl Hierarchy {
             let nodes = &hierarchy.nodes;
             let make = |&(id, parent): &(NodeId, u32)| {
                 let node = &scene.nodes()[id];
-                let local = node.transform.to_affine();
+                let local = posed.local(id);
                 let (above, visible) = match nodes.get(parent as usize) {
                     Some(parent) => (parent.world * local, parent.visible),
                     None => (local, true),
@@ -112,7 +114,7 @@ impl Hierarchy {
                     first_render_node: 0,
                     render_node_count: 0,
                     light: NONE,
-                    visible: visible && node.visible.unwrap_or(true),
+                    visible: visible && posed.visible(id),
                     deformed: table.has_deformed() && table.deformed(id).is_some(),
                     instanced: node.instancing.is_some(),
                 }
@@ -175,16 +177,15 @@ impl Hierarchy {
     }
 
     /// World from node, also for a node that the scene does not show (a skin may refer to one).
-    fn world(&self, scene: &Scene, id: NodeId) -> DAffine3 {
+    fn world(&self, posed: Posed<'_>, id: NodeId) -> DAffine3 {
         let mut local = DAffine3::IDENTITY;
         let mut at = Some(id);
         while let Some(id) = at {
             if let Some(node) = self.get(id) {
                 return node.world * local;
             }
-            let node = &scene.nodes()[id];
-            local = node.transform.to_affine() * local;
-            at = node.parent;
+            local = posed.local(id) * local;
+            at = posed.scene.nodes()[id].parent;
         }
         local
     }
@@ -192,19 +193,20 @@ impl Hierarchy {
     /// The frame in which the vertices of a deformed node are stored: the node's own without a skin; with one, that of
     /// the nearest common ancestor of its joints, so that moving the whole figure deforms nothing. The node's own
     /// transform does not place a skinned mesh (glTF 2.0, section 3.7.3.3).
-    pub fn frame(&self, scene: &Scene, id: NodeId) -> DAffine3 {
-        let own = self.world(scene, id);
+    pub fn frame(&self, posed: Posed<'_>, id: NodeId) -> DAffine3 {
+        let scene = posed.scene;
+        let own = self.world(posed, id);
         let Some(skin) = scene.nodes()[id].skin else { return own };
         let Some(ancestor) = common_ancestor(scene, &scene.skins()[skin].joints) else { return DAffine3::IDENTITY };
-        let frame = self.world(scene, ancestor);
+        let frame = self.world(posed, ancestor);
         if is_invertible(&frame) { frame } else { DAffine3::from_translation(frame.translation) }
     }
 
-    /// The rest pose of a node.
-    pub fn pose(&self, scene: &Scene, id: NodeId) -> SkinPose {
+    /// What deforms the mesh of a node: its weights and joints.
+    pub fn skin_pose(&self, posed: Posed<'_>, id: NodeId) -> SkinPose {
+        let scene = posed.scene;
         let node = &scene.nodes()[id];
-        let default_weights = node.mesh.map(|m| &scene.meshes()[m].weights);
-        let weights = node.weights.clone().or_else(|| default_weights.cloned()).unwrap_or_default();
+        let weights = posed.weights(id);
         let Some(skin) = node.skin.map(|s| &scene.skins()[s]) else { return SkinPose { weights, joints: Vec::new() } };
         let inverse_bind: Vec<DAffine3> = skin
             .inverse_bind_matrices
@@ -213,10 +215,10 @@ impl Hierarchy {
             .iter()
             .map(|m| DAffine3::from_mat4(DMat4::from_cols_array(&m.map(f64::from))))
             .collect();
-        let from_world = self.frame(scene, id).inverse();
+        let from_world = self.frame(posed, id).inverse();
         let joint = |(i, &joint): (usize, &NodeId)| {
             let bind = inverse_bind.get(i).copied().unwrap_or(DAffine3::IDENTITY);
-            from_world * self.world(scene, joint) * bind
+            from_world * self.world(posed, joint) * bind
         };
         SkinPose { weights, joints: skin.joints.iter().enumerate().map(joint).collect() }
     }

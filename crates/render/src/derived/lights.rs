@@ -3,17 +3,17 @@
 use super::hierarchy::{DerivedNode, Hierarchy};
 use glam::DVec3;
 use orthant_resident::rows::{LightKind as Kind, LightRow};
-use orthant_scene::Scene;
+use orthant_scene::animation::Posed;
 use orthant_scene::model::{LightKind, Store};
 
 /// One row for each visible node that carries a light which is not black. The nodes get their rows.
-pub fn derive(scene: &Scene, hierarchy: &mut Hierarchy, origin: DVec3) -> Vec<LightRow> {
+pub fn derive(posed: Posed<'_>, hierarchy: &mut Hierarchy, origin: DVec3) -> Vec<LightRow> {
     let mut rows = Vec::new();
-    if scene.lights().is_empty() {
+    if posed.scene.lights().is_empty() {
         return rows;
     }
     for node in &mut hierarchy.nodes {
-        if let Some(row) = row(scene, node, origin) {
+        if let Some(row) = row(posed, node, origin) {
             node.light = rows.len() as u32;
             rows.push(row);
         }
@@ -22,8 +22,8 @@ pub fn derive(scene: &Scene, hierarchy: &mut Hierarchy, origin: DVec3) -> Vec<Li
 }
 
 /// The light of a node; `None` if it is hidden, has none, or a black one.
-pub(super) fn row(scene: &Scene, node: &DerivedNode, origin: DVec3) -> Option<LightRow> {
-    let light = scene.nodes()[node.node].light.filter(|_| node.visible).map(|id| &scene.lights()[id])?;
+pub(super) fn row(posed: Posed<'_>, node: &DerivedNode, origin: DVec3) -> Option<LightRow> {
+    let light = posed.scene.nodes()[node.node].light.filter(|_| node.visible).map(|id| posed.light(id))?;
     if light.intensity <= 0.0 || light.color.iter().all(|&c| c <= 0.0) {
         return None;
     }

@@ -9,6 +9,7 @@ use orthant_resident::batch::{ImageWrite, TextureRow};
 use orthant_resident::image::{ImageData, MipMode, Sampling, Wrap};
 use orthant_resident::rows::{AlphaMode as RowAlpha, MaterialFlags, MaterialRow, NONE, TextureSlot};
 use orthant_scene::Scene;
+use orthant_scene::animation::Posed;
 use orthant_scene::model::{
     AlphaMode, ImageId, MagFilter, Material, MaterialId, MinFilter, Sampler, Store, TextureId, TextureInfo, WrapMode,
 };
@@ -44,13 +45,14 @@ pub struct ImageUse {
 
 /// Derives all materials. Without `limits` no image is decoded and no texture used.
 pub fn derive(
-    scene: &Scene,
+    posed: Posed<'_>,
     limits: Option<ImageLimits>,
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Materials, DeriveError> {
+    let scene = posed.scene;
     let ids: Vec<MaterialId> = scene.materials().ids().collect();
     let mut rows = vec![MaterialRow::DEFAULT; scene.materials().slot_bound() + 1];
-    let mut derived = derive_some(scene, &ids, limits, warnings)?;
+    let mut derived = derive_some(posed, &ids, limits, warnings)?;
     for (id, row) in ids.iter().zip(std::mem::take(&mut derived.rows)) {
         rows[material_row(Some(*id)) as usize] = row;
     }
@@ -63,11 +65,12 @@ pub fn derive(
 
 /// Derives some materials: one row and one mean for each, and the textures and images that they need, numbered from 0.
 pub(super) fn derive_some(
-    scene: &Scene,
+    posed: Posed<'_>,
     ids: &[MaterialId],
     limits: Option<ImageLimits>,
     warnings: &mut Vec<DeriveWarning>,
 ) -> Result<Materials, DeriveError> {
+    let scene = posed.scene;
     let mut references = References {
         scene,
         images: Vec::new(),
@@ -79,13 +82,13 @@ pub(super) fn derive_some(
     let mut conversions = Conversions::default();
     let mut rows = Vec::with_capacity(ids.len());
     for (i, &id) in ids.iter().enumerate() {
-        let (slot, material) = (Store::<_, ()>::slot(id), &scene.materials()[id]);
-        let mut row = row(material, slot as u32, |info, srgb| match info {
+        let (slot, material) = (Store::<_, ()>::slot(id), posed.material(id));
+        let mut row = row(&material, slot as u32, |info, srgb| match info {
             Some(info) if used => references.slot(info, srgb),
             _ => TextureSlot::NONE,
         });
         let place = || format!("/materials/{slot}");
-        conversions.add(material, i, place, &mut row, used.then_some(&mut references));
+        conversions.add(&material, i, place, &mut row, used.then_some(&mut references));
         rows.push(row);
     }
     let mut decoded = match limits {

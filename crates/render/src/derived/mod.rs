@@ -27,6 +27,7 @@ use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
 use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
+use orthant_scene::animation::{Pose, Posed};
 use orthant_scene::model::{NodeId, SceneId, Store, VariantId};
 use std::time::{Duration, Instant};
 
@@ -44,11 +45,13 @@ pub struct DeriveOptions {
     pub max_bytes: u64,
     /// Keep what following edits needs ([`DerivedScene::sync`]).
     pub live: bool,
+    /// What an animation says of the scene at the time that is shown. The default is the rest pose.
+    pub pose: Pose,
 }
 
 impl Default for DeriveOptions {
     fn default() -> Self {
-        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX, live: false }
+        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX, live: false, pose: Pose::default() }
     }
 }
 
@@ -88,6 +91,8 @@ pub struct DerivedScene {
     pub emitters: Vec<EmitterRow>,
     /// What is shown otherwise than the document says.
     pub warnings: Vec<DeriveWarning>,
+    /// The pose that is shown: of the derivation, or of the last sync.
+    pub pose: Pose,
     /// Time that the parts took.
     pub times: DeriveTimes,
     streams: GeometryStreams,
@@ -98,26 +103,27 @@ pub struct DerivedScene {
 }
 
 impl DerivedScene {
-    /// Derives everything from the model.
+    /// Derives everything from the model, under the pose that the options name.
     pub fn derive(scene: &Scene, options: &DeriveOptions) -> Result<Self, DeriveError> {
         let start = Instant::now();
         let budget = Budget::new(options.max_bytes);
         let mut warnings = Vec::new();
         let variant = options.variant.or(scene.shown_variant());
         let table = primitives::register(scene, variant, &mut warnings);
-        let mut hierarchy = Hierarchy::build(scene, options.scene, &table)?;
+        let posed = Posed::new(scene, &options.pose);
+        let mut hierarchy = Hierarchy::build(posed, options.scene, &table)?;
 
         // Geometry and images side by side: a mesh whose tangents are made keeps one thread busy for long.
         let start_of_data = Instant::now();
-        let emissive = emitters::emissive_primitives(scene, &table);
+        let emissive = emitters::emissive_primitives(posed, &table);
         let plan = GeometryPlan::new(scene, &table.primitives, &emissive, &budget)?;
         let limits = ImageLimits { max_bytes: budget.left(), levels: Levels::All };
         let decode_geometry = || {
-            let pose = |i: usize| table.primitives[i].deformed_by.map(|node| hierarchy.pose(scene, node));
+            let pose = |i: usize| table.primitives[i].deformed_by.map(|node| hierarchy.skin_pose(posed, node));
             (plan.decode(&pose), start_of_data.elapsed())
         };
         let decode_images = || {
-            let materials = materials::derive(scene, options.images.then_some(limits), &mut warnings);
+            let materials = materials::derive(posed, options.images.then_some(limits), &mut warnings);
             (materials, start_of_data.elapsed())
         };
         let ((streams, geometry), (materials, images)) = rayon::join(decode_geometry, decode_images);
@@ -128,9 +134,9 @@ impl DerivedScene {
 
         let origin = hierarchy.origin(&table, &streams.mesh_descs);
         let nodes =
-            render_nodes::derive(scene, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin, &budget)?;
+            render_nodes::derive(posed, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin, &budget)?;
         let (mut rows, owners) = (nodes.rows, nodes.owners);
-        let lights = lights::derive(scene, &mut hierarchy, origin);
+        let lights = lights::derive(posed, &mut hierarchy, origin);
         let emitters = emitters::derive(&mut rows, &streams.mesh_descs, &materials);
         let times = DeriveTimes { geometry, images, rows: start.elapsed().saturating_sub(data) };
         let kept = options.live.then(|| sync::Kept::of(&materials));
@@ -146,6 +152,7 @@ impl DerivedScene {
             lights,
             emitters,
             warnings,
+            pose: options.pose.clone(),
             times,
             streams,
             images: materials.images,

@@ -8,6 +8,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use orthant_resident::rows::{AlphaMode, Mat3x4, MaterialFlags, MaterialRow, MeshDesc, NONE, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
 use orthant_scene::accessor;
+use orthant_scene::animation::Posed;
 use orthant_scene::model::{AccessorId, Instancing, NodeId, Store};
 use rayon::prelude::*;
 
@@ -35,7 +36,7 @@ struct Source<'a> {
 
 /// Counts the render nodes of every node, gives them consecutive rows in hierarchy order and fills these.
 pub fn derive(
-    scene: &Scene,
+    posed: Posed<'_>,
     hierarchy: &mut Hierarchy,
     table: &PrimitiveTable,
     materials: &[MaterialRow],
@@ -43,6 +44,7 @@ pub fn derive(
     origin: DVec3,
     budget: &Budget,
 ) -> Result<RenderNodes, DeriveError> {
+    let scene = posed.scene;
     let mut total = 0usize;
     for node in &mut hierarchy.nodes {
         if node.mesh == NONE {
@@ -69,7 +71,7 @@ pub fn derive(
         Source { scene, table, material_flags: materials.iter().map(node_flags).collect(), mesh_descs, origin };
     let mut rows: Vec<RenderNodeRow> = bytemuck::zeroed_vec(total);
     let mut owners = vec![0u32; total];
-    let frame = |node: &DerivedNode| if node.deformed { hierarchy.frame(scene, node.node) } else { node.world };
+    let frame = |node: &DerivedNode| if node.deformed { hierarchy.frame(posed, node.node) } else { node.world };
     tasks(&hierarchy.nodes, &mut rows, &mut owners).into_par_iter().try_for_each(|task| {
         let Task { first, nodes, mut rows, mut owners } = task;
         for (i, node) in nodes.iter().enumerate() {

@@ -8,6 +8,7 @@ mod exports;
 mod holes;
 mod named;
 mod oracle;
+mod pose;
 mod scenes;
 
 use orthant_render::derived::sync::SyncReport;
@@ -16,7 +17,8 @@ use orthant_resident::SceneBatch;
 use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, RenderNodeRow};
 use orthant_scene::Scene;
-use orthant_scene::edit::script::{Operation, Session};
+use orthant_scene::animation::{AnimationPlayer, Pose};
+use orthant_scene::edit::script::{Operation, Outcome, Session};
 use orthant_scene::edit::{Cursor, EditError};
 use orthant_scene::import::ImportOptions;
 use serde_json::Value;
@@ -67,6 +69,8 @@ struct Live {
     derived: DerivedScene,
     copy: Copy,
     cursor: Cursor,
+    player: AnimationPlayer,
+    pose: Pose,
 }
 
 impl Live {
@@ -77,11 +81,21 @@ impl Live {
         let mut copy = Copy::default();
         copy.apply(derived.load_batch());
         let cursor = scene.change_log().cursor();
-        Self { scene, session: Session::new(Path::new("."), ImportOptions::default()), derived, copy, cursor }
+        let session = Session::new(Path::new("."), ImportOptions::default());
+        let player = AnimationPlayer::new(u64::MAX);
+        Self { scene, session, derived, copy, cursor, player, pose: Pose::default() }
     }
 
+    /// An edit, or another pose. What is refused changes nothing.
     fn edit(&mut self, operation: &Operation) -> Result<(), EditError> {
-        self.session.run(&mut self.scene, operation).map(|_| ())
+        if let Outcome::TimeSet { seconds, animation } = self.session.run(&mut self.scene, operation)? {
+            self.pose = match animation {
+                // An edit may have made an animation one that cannot be played, by another mesh with other morph targets.
+                Some(id) => self.player.pose(&self.scene, id, seconds).map_err(|e| EditError::File(e.to_string()))?,
+                None => Pose::default(),
+            };
+        }
+        Ok(())
     }
 
     fn edit_json(&mut self, operation: Value) {
@@ -91,7 +105,7 @@ impl Live {
 
     fn sync(&mut self) -> SyncReport {
         let changes = self.scene.change_log().take(&mut self.cursor).expect("the log reaches back far enough");
-        let (batch, report) = self.derived.sync(&self.scene, &changes).unwrap();
+        let (batch, report) = self.derived.sync(&self.scene, &self.pose, &changes).unwrap();
         self.copy.apply(batch);
         report
     }

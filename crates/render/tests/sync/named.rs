@@ -195,6 +195,6 @@ fn a_scene_that_was_derived_to_be_shown_once_says_so() {
     use orthant_render::{DeriveOptions, DerivedScene};
     let scene = scenes::wide(3);
     let mut derived = DerivedScene::derive(&scene, &DeriveOptions::default()).unwrap();
-    let error = derived.sync(&scene, &Default::default()).unwrap_err();
+    let error = derived.sync(&scene, &Default::default(), &Default::default()).unwrap_err();
     assert!(error.to_string().contains("live"), "{error}");
 }

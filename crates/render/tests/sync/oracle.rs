@@ -1,8 +1,8 @@
-//! Long random sequences of edits, compared with a full derivation after each.
+//! Long random sequences of edits and poses, compared with a full derivation after each.
 
 use crate::{Live, scenes};
 use orthant_scene::Scene;
-use orthant_scene::edit::random::{Choice, Choices, operation};
+use orthant_scene::edit::random::{Choice, Choices, operation, time};
 use proptest::prelude::*;
 
 /// Drives a scene through operations. A failure names the script that leads to it.
@@ -10,7 +10,7 @@ fn drive(name: &str, scene: &Scene, choices: impl IntoIterator<Item = Choice>, s
     let mut live = Live::new(scene.clone());
     let mut script = String::new();
     for (i, choice) in choices.into_iter().enumerate() {
-        let operation = operation(&live.scene, choice);
+        let operation = if choice.1 % 5 == 0 { time(&live.scene, choice) } else { operation(&live.scene, choice) };
         if live.edit(&operation).is_err() {
             continue;
         }

@@ -37,11 +37,56 @@ fn parts(nodes: Value, members: Value) -> Document {
         {"emissiveFactor": [1, 1, 0.5]},
         {"alphaMode": "BLEND", "emissiveTexture": {"index": 2}, "emissiveFactor": [1, 1, 1]},
     ]);
-    document.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    document.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer", "KHR_node_visibility"]);
     document.json["extensions"]["KHR_lights_punctual"] = json!({"lights": [
         {"type": "point", "intensity": 10}, {"type": "spot", "spot": {}, "intensity": 5},
     ]});
+    animate(&mut document);
     document
+}
+
+/// Two animations of what all scenes have: nodes (the first two, if there are as many), and what pointers name.
+fn animate(document: &mut Document) {
+    let nodes = document.json["nodes"].as_array().unwrap().len().min(2);
+    let times = document.floats("SCALAR", &[[0.0], [1.0], [3.0]]);
+    let translation = document.floats("VEC3", &[[0., 0., 0.], [1., 2., 3.], [4., -2., 0.5]]);
+    let rotation = document.floats("VEC4", &[[0., 0., 0., 1.], [0., 0.6, 0., 0.8], [0.6, 0., 0., -0.8]]);
+    let scale = document.floats(
+        "VEC3",
+        &[[0.; 3], [1.; 3], [0.; 3], [0.; 3], [2., 1., 1.], [0.; 3], [0.; 3], [1., -1., 1.], [1., 1., 0.]],
+    );
+    let color = document.floats("VEC4", &[[1., 0., 0., 1.], [0., 1., 0., 0.5], [0., 0., 1., 1.]]);
+    let emissive = document.floats("VEC3", &[[0., 0., 0.], [1., 0.5, 0.], [0., 0., 0.]]);
+    let intensity = document.floats("SCALAR", &[[0.0], [8.0], [2.0]]);
+    let visible = document.floats("SCALAR", &[[1.0], [0.0], [1.0]]);
+    let mut moves = json!({"name": "move", "channels": [], "samplers": [
+        {"input": times, "output": translation},
+        {"input": times, "output": rotation},
+        {"input": times, "output": scale, "interpolation": "CUBICSPLINE"},
+    ]});
+    for (node, sampler, path) in [(0, 0, "translation"), (1, 1, "rotation"), (1, 2, "scale")] {
+        if node < nodes {
+            let channels = moves["channels"].as_array_mut().unwrap();
+            channels.push(json!({"sampler": sampler, "target": {"node": node, "path": path}}));
+        }
+    }
+    let pointer = |sampler: usize, pointer: &str| {
+        json!({"sampler": sampler, "target":
+            {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}})
+    };
+    let looks = json!({"name": "look", "samplers": [
+        {"input": times, "output": color},
+        {"input": times, "output": emissive},
+        {"input": times, "output": intensity},
+        {"input": times, "output": visible, "interpolation": "STEP"},
+    ], "channels": [
+        pointer(0, "/materials/0/pbrMetallicRoughness/baseColorFactor"),
+        pointer(1, "/materials/0/emissiveFactor"),
+        pointer(1, "/materials/2/emissiveFactor"),
+        pointer(2, "/extensions/KHR_lights_punctual/lights/0/intensity"),
+        pointer(3, &format!("/nodes/{}/extensions/KHR_node_visibility/visible", nodes - 1)),
+    ]});
+    document.json["animations"] = json!([moves, looks]);
 }
 
 fn light(index: usize) -> Value {
@@ -68,7 +113,13 @@ pub fn deep(count: usize) -> Scene {
 pub fn wide(count: usize) -> Scene {
     let mut nodes = vec![json!({"children": (1..=count).collect::<Vec<_>>()})];
     nodes.extend((1..=count).map(|i| json!({"mesh": i % 3, "translation": [i, 0, 0], "scale": [1, 1, -1]})));
-    parts(nodes.into(), json!({"scene": 0, "scenes": [{"nodes": [0]}]})).import()
+    let mut document = parts(nodes.into(), json!({"scene": 0, "scenes": [{"nodes": [0]}]}));
+    let times = document.floats("SCALAR", &[[0.0], [2.0]]);
+    let up = document.floats("VEC3", &[[3., 0., 0.], [3., 5., 0.]]);
+    document.json["animations"].as_array_mut().unwrap().push(json!({"name": "up", "samplers": [
+        {"input": times, "output": up},
+    ], "channels": [{"sampler": 0, "target": {"node": 3, "path": "translation"}}]}));
+    document.import()
 }
 
 /// EXT_mesh_gpu_instancing below a turned node.
@@ -119,6 +170,16 @@ pub fn skinned() -> Scene {
         {"attributes": {"POSITION": positions}, "indices": indices, "material": 2, "targets": [{"POSITION": target}]},
     ]}));
     document.json["skins"] = json!([{"joints": [2, 3]}, {"joints": [6, 7]}]);
+    let times = document.floats("SCALAR", &[[0.0], [2.0]]);
+    let weights = document.floats("SCALAR", &[[0.0], [1.0]]);
+    let bend = document.floats("VEC4", &[[0., 0., 0., 1.], [0., 0., 0.6, 0.8]]);
+    document.json["animations"].as_array_mut().unwrap().push(json!({"name": "bend", "samplers": [
+        {"input": times, "output": weights}, {"input": times, "output": bend},
+    ], "channels": [
+        {"sampler": 0, "target": {"node": 8, "path": "weights"}},
+        {"sampler": 1, "target": {"node": 3, "path": "rotation"}},
+        {"sampler": 1, "target": {"node": 7, "path": "rotation"}},
+    ]}));
     document.import()
 }
 

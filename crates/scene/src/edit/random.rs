@@ -126,6 +126,16 @@ pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
     }
 }
 
+/// Another time, mostly; else the rest pose. It is no edit, and goes between them.
+pub fn time(scene: &Scene, (_, _, b, c): Choice) -> Operation {
+    let animations: Vec<usize> = scene.ids_of(Kind::Animation).into_iter().map(|id| id.slot()).collect();
+    let animation = animations.get(b as usize % animations.len().max(1)).filter(|_| !b.is_multiple_of(7));
+    Operation::SetTime {
+        seconds: f64::from(c % 64) / 16.0 - 0.5,
+        animation: Some(animation.map(|&index| Reference::Index(index))),
+    }
+}
+
 fn material(b: u32, c: u32) -> Value {
     match b % 6 {
         0 => json!({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 1, f64::from(c % 5) / 4.0]}}),

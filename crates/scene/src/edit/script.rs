@@ -184,8 +184,9 @@ pub enum Operation {
     },
     SetTime {
         seconds: f64,
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        animation: Option<Reference>,
+        /// Left out, it is the first animation; null is the rest pose.
+        #[serde(deserialize_with = "present", default, skip_serializing_if = "Option::is_none")]
+        animation: Option<Option<Reference>>,
     },
 }
 
@@ -254,7 +255,7 @@ pub enum Outcome {
     TimeSet {
         /// Seconds.
         seconds: f64,
-        /// The animation; `None` is all of them.
+        /// The animation; `None` is the rest pose.
         animation: Option<AnimationId>,
     },
 }
@@ -284,7 +285,14 @@ impl Session {
             Operation::Undo { count } => self.history.undo(scene, *count).map(Outcome::Edited),
             Operation::Redo { count } => self.history.redo(scene, *count).map(Outcome::Edited),
             Operation::SetTime { seconds, animation } => {
-                let animation = animation.as_ref().map(|r| self.find(scene, "animation", r)).transpose()?;
+                let animation = match animation {
+                    Some(Some(reference)) => Some(self.find(scene, "animation", reference)?),
+                    Some(None) => None,
+                    None => {
+                        let missing = || EditError::value("/seconds", "the scene has no animation to take the time of");
+                        Some(scene.animations().ids().next().ok_or_else(missing)?)
+                    }
+                };
                 Ok(Outcome::TimeSet { seconds: *seconds, animation })
             }
             operation => {

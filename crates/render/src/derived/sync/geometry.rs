@@ -111,7 +111,7 @@ impl Sync<'_> {
     /// Makes or renews what a node deforms.
     fn deform(&mut self, id: NodeId, mesh: MeshId) -> Result<(), DeriveError> {
         let keys: Vec<GeometryKey> = self.live.registry.uses(mesh).iter().map(|use_| use_.key.clone()).collect();
-        let pose = self.derived.hierarchy.pose(self.scene, id);
+        let pose = self.derived.hierarchy.skin_pose(self.posed, id);
         let known = self.live.registry.deformed(id).filter(|d| d.mesh == mesh && d.keys == keys);
         let Some(slots) = known.map(|d| d.render_primitives.clone()) else {
             self.release_deformed(id);
@@ -201,7 +201,7 @@ impl Sync<'_> {
         }
         let mut primitive = self.derived.primitives[slot as usize].clone();
         (primitive.mesh, primitive.primitive) = (mesh, self.live.registry.uses(mesh)[use_].primitive);
-        let pose = primitive.deformed_by.map(|id| self.derived.hierarchy.pose(self.scene, id));
+        let pose = primitive.deformed_by.map(|id| self.derived.hierarchy.skin_pose(self.posed, id));
         let streams = self.decode(std::slice::from_ref(&primitive), true, pose.as_ref())?;
         let new = streams.mesh_descs[0];
         let table = Piece::of(&streams, &new).emitter_triangles;

@@ -6,6 +6,7 @@ use crate::derived::DerivedScene;
 use orthant_resident::SceneBatch;
 use orthant_resident::rows::{NONE, RenderNodeRow};
 use orthant_scene::Scene;
+use orthant_scene::animation::Posed;
 
 impl DerivedScene {
     /// Whether more than half of the render-node buffer is holes.
@@ -24,10 +25,12 @@ impl DerivedScene {
             let what = "the scene was derived to be shown once, and keeps no account of its rows";
             return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
         };
-        let mut sync = Sync { derived: self, live: &mut live, scene, work: Work::default() };
+        let pose = std::mem::take(&mut self.pose);
+        let posed = Posed::new(scene, &pose);
+        let mut sync = Sync { derived: self, live: &mut live, scene, posed, work: Work::default() };
         sync.close_holes(max_rows);
         let result = sync.batch();
-        self.live = Some(live);
+        (self.pose, self.live) = (pose, Some(live));
         Ok(result)
     }
 }

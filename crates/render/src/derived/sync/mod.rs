@@ -1,7 +1,8 @@
 //! Following edits: from what was touched to the writes that bring a backend up to date.
 //!
-//! [`DerivedScene::sync`] reaches the state that a full derivation of the edited document would have, but for the
-//! numbering of slots, at a cost of the order of what was touched. A change set says where to look, not what is there: each
+//! [`DerivedScene::sync`] reaches the state that a full derivation of the edited document under the new pose would have, but
+//! for the numbering of slots, at a cost of the order of what was touched. What a new pose touches is where it differs from
+//! the one before: from there on it is like an edit. A change set says where to look, not what is there: each
 //! part compares what it has with what the document says now, and marks the rows that differ.
 //!
 //! The order of the parts: meshes and materials, whose users are then touched too ([`resources`]); world matrices and
@@ -34,9 +35,11 @@ use orthant_resident::SceneBatch;
 use orthant_resident::batch::{ImageWrite, TlasAction};
 use orthant_resident::spans::SpanAllocator;
 use orthant_scene::Scene;
+use orthant_scene::animation::{Pose, Posed};
 use orthant_scene::edit::ChangeSet;
 use orthant_scene::model::{NodeId, SceneId, VariantId};
 use registry::Registry;
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use textures::TextureTable;
 
@@ -178,6 +181,7 @@ impl Live {
         derived: &DerivedScene,
     ) -> Self {
         let count = |rows: usize| rows as u32;
+        let posed = Posed::new(scene, &options.pose);
         Self {
             shown: nodes::shown_scene(scene, options.scene),
             asked_variant: options.variant,
@@ -201,7 +205,7 @@ impl Live {
             poses: table
                 .deformed_nodes()
                 .filter(|(node, _)| derived.hierarchy.get(*node).is_some())
-                .map(|(node, _)| (node, derived.hierarchy.pose(scene, node)))
+                .map(|(node, _)| (node, derived.hierarchy.skin_pose(posed, node)))
                 .collect(),
             free_lights: Vec::new(),
             free_emitters: Vec::new(),
@@ -222,18 +226,30 @@ impl Live {
 }
 
 impl DerivedScene {
-    /// Follows edits. `changes` is what they touched since the derivation or the last sync. The batch brings a backend from
-    /// the revision of the last batch to the next.
+    /// Follows edits and poses. `changes` is what edits touched since the derivation or the last sync; `pose` is what is
+    /// shown on top of the document now, whatever it was before. The batch brings a backend from the revision of the last
+    /// batch to the next. A pose that is another costs the nodes on which the two differ and what hangs below them.
     ///
     /// # Errors
     /// If the scene was derived without [`DeriveOptions::live`], or geometry that is new cannot be decoded. The rows may be
     /// those of neither state then: derive anew.
-    pub fn sync(&mut self, scene: &Scene, changes: &ChangeSet) -> Result<(SceneBatch, SyncReport), DeriveError> {
+    pub fn sync(
+        &mut self,
+        scene: &Scene,
+        pose: &Pose,
+        changes: &ChangeSet,
+    ) -> Result<(SceneBatch, SyncReport), DeriveError> {
         let Some(mut live) = self.live.take() else {
             let what = "the scene was derived to be shown once, and cannot follow edits";
             return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
         };
-        let result = Sync { derived: self, live: &mut live, scene, work: Work::default() }.run(changes);
+        let mut all = Cow::Borrowed(changes);
+        if self.pose != *pose {
+            all.to_mut().merge(&self.pose.difference(pose, scene));
+            self.pose = pose.clone();
+        }
+        let posed = Posed::new(scene, pose);
+        let result = Sync { derived: self, live: &mut live, scene, posed, work: Work::default() }.run(&all);
         if result.is_ok() {
             self.live = Some(live);
         }
@@ -263,6 +279,8 @@ struct Sync<'s> {
     derived: &'s mut DerivedScene,
     live: &'s mut Live,
     scene: &'s Scene,
+    /// The same under the pose.
+    posed: Posed<'s>,
     work: Work,
 }
 

@@ -129,8 +129,8 @@ impl Sync<'_> {
         while let Some((id, above)) = open.pop() {
             self.work.visited += 1;
             let node = &self.scene.nodes()[id];
-            let world = above.world * node.transform.to_affine();
-            let visible = above.visible && node.visible.unwrap_or(true);
+            let world = above.world * self.posed.local(id);
+            let visible = above.visible && self.posed.visible(id);
             let is_new = self.derived.hierarchy.entry(id).is_none();
             let entry = self.entry(id);
             let derived = &mut self.derived.hierarchy.nodes[entry as usize];

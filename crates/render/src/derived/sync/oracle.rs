@@ -18,7 +18,8 @@ use std::collections::HashSet;
 const TOLERANCE: f64 = 2e-6;
 
 impl DerivedScene {
-    /// Compares this derived scene, which has followed edits, with a full derivation of the document as it is now.
+    /// Compares this derived scene, which has followed edits, with a full derivation of the document as it is now, under the same
+    /// pose.
     ///
     /// # Errors
     /// The first difference: the object and the field.
@@ -30,6 +31,7 @@ impl DerivedScene {
             variant: asked_variant,
             images,
             live: true,
+            pose: self.pose.clone(),
             ..DeriveOptions::default()
         };
         let fresh = DerivedScene::derive(scene, &options).map_err(|error| format!("it cannot be derived: {error}"))?;

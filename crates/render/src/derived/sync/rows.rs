@@ -49,7 +49,7 @@ impl Sync<'_> {
             let what = format!("the scene has too many render nodes; at most {} fit", NONE - 1);
             return Err(DeriveError::new(format!("/nodes/{}", Store::<_, ()>::slot(id)), what, "split the file"));
         };
-        let world = if node.deformed { self.derived.hierarchy.frame(self.scene, id) } else { node.world };
+        let world = if node.deformed { self.derived.hierarchy.frame(self.posed, id) } else { node.world };
         let mut row = first;
         for i in 0..instance_count {
             let world = instances.as_ref().map_or(world, |instances| world * instances.get(i));
@@ -153,7 +153,7 @@ impl Sync<'_> {
     /// The light of a node.
     fn light(&mut self, id: NodeId, entry: u32) {
         let node = self.derived.hierarchy.nodes[entry as usize];
-        let Some(row) = lights::row(self.scene, &node, self.derived.origin) else {
+        let Some(row) = lights::row(self.posed, &node, self.derived.origin) else {
             return self.release_light(entry);
         };
         let slot = match node.light {

@@ -60,13 +60,13 @@ impl TextureTable {
 impl Sync<'_> {
     /// A material's row, and the mean of its emissive texture.
     pub(super) fn material_row(&mut self, id: MaterialId) -> Result<(MaterialRow, Vec3), DeriveError> {
-        let material = &self.scene.materials()[id];
-        if let Some(found) = self.resident_row(id, material) {
+        let material = self.posed.material(id);
+        if let Some(found) = self.resident_row(id, &material) {
             return Ok(found);
         }
         let limits = ImageLimits { max_bytes: self.live.max_bytes, levels: Levels::All };
         let limits = self.live.images.then_some(limits);
-        let new = derive_some(self.scene, &[id], limits, &mut self.derived.warnings)?;
+        let new = derive_some(self.posed, &[id], limits, &mut self.derived.warnings)?;
         let (mut row, mean) = (new.rows[0], new.mean_emission[0]);
         let mut places: HashMap<u32, u32> = HashMap::new();
         for slot in slots(&mut row) {

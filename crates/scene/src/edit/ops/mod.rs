@@ -11,7 +11,7 @@ mod mesh;
 mod parameters;
 mod shape;
 
-pub(super) use hierarchy::decompose;
+pub(crate) use hierarchy::decompose;
 pub use merge_scene::MergedFile;
 pub use shape::Shape;
 
