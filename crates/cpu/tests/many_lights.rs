@@ -3,8 +3,10 @@
 mod common;
 use common::*;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use orthant_resident::batch::{RowWrites, TlasAction};
+use orthant_cpu::CpuBackend;
+use orthant_resident::batch::{RowRange, RowWrites, TlasAction};
 use orthant_resident::camera::Projection;
+use orthant_resident::extent::scene_radius;
 use orthant_resident::frame::Estimator;
 use orthant_resident::math::unit_float;
 use orthant_resident::rows::{LightKind, LightRow, MaterialFlags, MaterialRow};
@@ -147,4 +149,43 @@ fn moved_lamps_are_sampled_where_they_are() {
         lamps().transformed(DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0))).backend(Environment::none());
     let frame = Frame { max_depth: 3, ..frame(view(), 16, 16, 16) };
     assert_eq!(render(&mut edited, frame.clone()).resolve(), render(&mut fresh, frame).resolve());
+}
+
+/// One lamp after another, so that the trees follow and are not built anew.
+#[test]
+fn a_few_moved_lamps_among_many_light_the_room_as_if_they_had_been_there() {
+    let whole = lamps().batch();
+    let up = DAffine3::from_translation(DVec3::new(0.3, 0.6, 0.2));
+    let moved = lamps().transformed(up).batch();
+    let (mut rows, after) = (whole.render_nodes.ranges[0].rows.clone(), &moved.render_nodes.ranges[0].rows);
+    let mut edited = lamps().backend(Environment::none());
+    for (step, node) in (2..62).step_by(7).enumerate() {
+        rows[node] = after[node];
+        let mut edit = SceneBatch {
+            expected_revision: 1 + step as u64,
+            new_revision: 2 + step as u64,
+            positions: RowWrites::none(whole.positions.len),
+            vertices: RowWrites::none(whole.vertices.len),
+            indices: RowWrites::none(whole.indices.len),
+            mesh_descs: RowWrites::none(whole.mesh_descs.len),
+            blas_builds: vec![],
+            materials: RowWrites::none(whole.materials.len),
+            emitter_triangles: RowWrites::none(whole.emitter_triangles.len),
+            emitters: RowWrites::none(whole.emitters.len),
+            render_nodes: RowWrites::none(whole.render_nodes.len),
+            tlas: TlasAction::Update,
+            scene_radius: scene_radius(&rows, &whole.mesh_descs.ranges[0].rows),
+            ..lamps().batch()
+        };
+        edit.render_nodes.ranges = vec![RowRange { first: node as u32, rows: vec![rows[node]] }];
+        edited.apply(edit).unwrap();
+        edited.validate_lights().unwrap();
+    }
+    let mut fresh = CpuBackend::new();
+    fresh.apply(SceneBatch { render_nodes: RowWrites::whole(rows), ..whole }).unwrap();
+    for estimator in [Estimator::Mis, Estimator::LightOnly] {
+        let frame = Frame { estimator, max_depth: 3, ..frame(view(), 24, 24, 512) };
+        let (a, b) = (mean(&render(&mut edited, frame.clone())), mean(&render(&mut fresh, frame)));
+        assert_close(a.y, b.y, 5e-3, &format!("{estimator:?}"));
+    }
 }

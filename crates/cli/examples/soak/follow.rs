@@ -69,7 +69,10 @@ impl Follower {
     pub fn check(&self) -> Result<(), String> {
         self.derived.check(&self.scene)?;
         match &self.backend {
-            Some(backend) => validate(&self.derived, backend.scene()).map_err(|failure| failure.to_string()),
+            Some(backend) => {
+                validate(&self.derived, backend.scene()).map_err(|failure| failure.to_string())?;
+                backend.validate_lights().map_err(|what| format!("lights: {what}"))
+            }
             None => Ok(()),
         }
     }

@@ -201,7 +201,11 @@ impl Live {
     fn check(&self) -> Result<(), Failure> {
         self.derived.check(&self.scene).map_err(|what| Failure::new(Exit::CheckFailed, format!("--verify: {what}")))?;
         match &self.backend {
-            Some(backend) => validate::validate(&self.derived, backend.scene()),
+            Some(backend) => {
+                validate::validate(&self.derived, backend.scene())?;
+                let what = |what| Failure::new(Exit::CheckFailed, format!("--verify: lights: {what}"));
+                backend.validate_lights().map_err(what)
+            }
             None => Ok(()),
         }
     }

@@ -38,6 +38,14 @@ impl CpuBackend {
         &self.scene
     }
 
+    /// Checks that the tables of lights are those of the rows. Looks at everything.
+    ///
+    /// # Errors
+    /// The first difference, with the row.
+    pub fn validate_lights(&self) -> Result<(), String> {
+        self.lights.validate(&self.scene)
+    }
+
     /// Contributions of light that were not finite and were left out, since the backend was made.
     pub fn discarded_contributions(&self) -> u64 {
         self.discarded + self.job.as_ref().map_or(0, Job::discarded)

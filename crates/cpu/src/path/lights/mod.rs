@@ -15,6 +15,7 @@ pub mod quad;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod validate;
 
 pub use changes::LightChanges;
 pub use tables::LightTables;

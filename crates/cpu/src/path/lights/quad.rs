@@ -9,7 +9,7 @@ use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_resident::sampling::{Rectangle, SphericalRectangle};
 
 /// A parallelogram in world space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
     /// Across both sides; of any length.
     normal: Vec3,

@@ -30,7 +30,7 @@ pub struct LightTables {
     /// The same as (primitive, emitter).
     pub(super) by_primitive: BTreeSet<(u32, u32)>,
     /// Radius of the scene in metres: what distant lights shine on.
-    radius: f32,
+    pub(super) radius: f32,
     /// The choice among punctual lights.
     pub punctual: PunctualDistribution,
     /// The environment's map.
@@ -170,6 +170,11 @@ impl LightTables {
     #[inline]
     pub fn quad(&self, emitter: u32) -> Option<&Quad> {
         self.quads.get(emitter as usize)?.as_ref()
+    }
+
+    /// The primitive of an emitter, or [`NONE`].
+    pub(super) fn primitive(&self, emitter: u32) -> u32 {
+        self.primitives.get(emitter as usize).copied().unwrap_or(NONE)
     }
 
     /// Weighs the emitters, the environment and the sun against each other.

@@ -7,6 +7,7 @@ use crate::scene::testing::{TestMesh, batch_on, instance, load_batch};
 use glam::{DAffine3, DVec3};
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{RowRange, RowWrites, TlasAction};
+use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightKind, LightRow, MeshDesc, MeshFlags, NONE, NodeFlags, RenderNodeRow};
 use orthant_resident::sampling::hash_combine;
 
@@ -63,7 +64,10 @@ impl Followed {
         followed
     }
 
-    fn apply(&mut self, batch: SceneBatch) -> LightWork {
+    fn apply(&mut self, mut batch: SceneBatch) -> LightWork {
+        let mut after = self.scene.clone();
+        after.apply(batch.clone()).unwrap();
+        batch.scene_radius = scene_radius(&after.render_nodes, &after.mesh_descs);
         let changes = LightChanges::new(&self.scene, &batch);
         self.scene.apply(batch).unwrap();
         self.tables.update(&self.scene, &changes)
@@ -79,25 +83,7 @@ impl Followed {
 
     /// Against tables that were made of the rows as they are.
     fn check(&self) {
-        let mut fresh = LightTables::default();
-        let changes = LightChanges {
-            lights: (0..self.scene.lights.len() as u32).collect(),
-            lights_len: 0,
-            emitters: (0..self.scene.emitters.len() as u32).collect(),
-            primitives: Vec::new(),
-            scene_radius: 1.0,
-        };
-        fresh.update(&self.scene, &changes);
-        self.tables.emitters.validate().unwrap();
-        for emitter in 0..self.scene.emitters.len() as u32 + 3 {
-            assert_eq!(self.tables.emitters.get(emitter), fresh.emitters.get(emitter));
-            let quad = |tables: &LightTables| format!("{:?}", tables.quad(emitter));
-            assert_eq!(quad(&self.tables), quad(&fresh));
-        }
-        assert_eq!(self.tables.emitters.len(), fresh.emitters.len());
-        assert_eq!(self.tables.power, fresh.power);
-        assert_eq!(self.tables.primitives, fresh.primitives);
-        assert_eq!(self.tables.by_primitive, fresh.by_primitive);
+        self.tables.validate(&self.scene).unwrap();
     }
 }
 
@@ -221,4 +207,24 @@ fn one_punctual_light_costs_its_path_and_the_others_nothing() {
     batch.lights.len = 70;
     followed.apply(batch);
     assert_eq!(followed.tables.punctual.tree.len(), 70);
+    followed.check();
+}
+
+#[test]
+fn what_differs_from_the_rows_is_found() {
+    let damaged = |damage: &dyn Fn(&mut Followed)| {
+        let mut batch = load(100, 5);
+        batch.lights =
+            RowWrites::whole(vec![LightRow { kind: LightKind::Point as u32, color: [1.0; 3], ..LightRow::HOLE }; 20]);
+        let mut followed = Followed::new(batch);
+        followed.check();
+        damage(&mut followed);
+        followed.tables.validate(&followed.scene).unwrap_err()
+    };
+    assert!(damaged(&|f| f.scene.render_nodes[5].world.rows[0][3] += 1e-3).contains("emitter 1 "));
+    assert!(damaged(&|f| f.scene.render_nodes[6].world.rows[0][3] += 1e6).contains("radius"));
+    assert!(damaged(&|f| f.scene.emitters[3].power += 1.0).contains("emitter 3 "));
+    assert!(damaged(&|f| f.scene.lights[7].color = [2.0; 3]).contains("light 7 "));
+    assert!(damaged(&|f| f.scene.lights[7] = LightRow::HOLE).contains("local"));
+    assert!(damaged(&|f| f.tables.emitters.nodes[0].bounds.intensity += 1.0).contains("emitter tree: node 0"));
 }
