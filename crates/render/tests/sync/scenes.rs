@@ -24,10 +24,10 @@ fn parts(nodes: Value, members: Value) -> Document {
     document.json["meshes"] = json!([
         {"primitives": [{"attributes": {"POSITION": triangle}, "material": 0}]},
         {"primitives": [
-            {"attributes": {"POSITION": quad, "TEXCOORD_0": uv}, "indices": indices, "material": 1},
+            {"attributes": {"POSITION": quad, "TEXCOORD_0": uv, "TEXCOORD_1": uv}, "indices": indices, "material": 1},
             {"attributes": {"POSITION": triangle}, "material": 2},
         ]},
-        {"primitives": [{"attributes": {"POSITION": quad, "TEXCOORD_0": uv}, "indices": indices}]},
+        {"primitives": [{"attributes": {"POSITION": quad, "TEXCOORD_0": uv, "TEXCOORD_1": uv}, "indices": indices}]},
     ]);
     document.json["images"] = images.iter().map(|view| json!({"bufferView": view, "mimeType": "image/png"})).collect();
     document.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2}]);

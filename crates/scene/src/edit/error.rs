@@ -43,6 +43,13 @@ pub enum EditError {
     },
     /// A file cannot be merged.
     File(String),
+    /// Steps that were planned elsewhere do not fit the scene as it is.
+    Steps {
+        /// Which of them; `None` if what all of them lead to is no document.
+        step: Option<usize>,
+        /// What does not fit.
+        what: String,
+    },
     /// There is nothing to undo or to redo.
     EndOfHistory {
         /// What was asked for: "undo" or "redo".
@@ -95,6 +102,12 @@ impl fmt::Display for EditError {
                 write!(f, "{} refers to {}, and cannot do without it", Named(*owner), Named(*target))
             }
             Self::File(what) => f.write_str(what),
+            Self::Steps { step, what } => {
+                if let Some(step) = step {
+                    write!(f, "step {step}: ")?;
+                }
+                write!(f, "{what}; the steps are not for this state of the scene")
+            }
             Self::EndOfHistory { what, asked, there } => {
                 write!(f, "cannot {what} {asked} edits: the history holds {there}")
             }
@@ -118,7 +131,7 @@ impl EditError {
         match self {
             Self::Stale(id) | Self::Missing { id, .. } | Self::Unmendable { owner: id, .. } => Some(id.kind()),
             Self::Cycle { .. } | Self::Shear(_) | Self::NoEqualMesh(_) => Some(Kind::Node),
-            Self::Value { .. } | Self::File(_) | Self::EndOfHistory { .. } => None,
+            Self::Value { .. } | Self::File(_) | Self::Steps { .. } | Self::EndOfHistory { .. } => None,
         }
     }
 }

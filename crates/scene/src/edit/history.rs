@@ -1,9 +1,9 @@
 //! Undo and redo.
 
-use super::step::{NodeField, Object, Step};
+use super::bytes::bytes_of;
 use super::{Applied, Edit, EditError};
 use crate::Scene;
-use crate::model::{AnyId, NodeId};
+use crate::model::NodeId;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -25,7 +25,8 @@ pub enum Grouping {
 /// One step of the history.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Entry {
-    /// What was done, as it was asked for: with the scene as it was loaded, the entries are a script of the session.
+    /// What was done, as it was asked for: with the scene as it was loaded, the entries are a script of the session. A file
+    /// that was merged is named by its path and hash; who replays the entry loads it again.
     pub edit: Edit,
     /// What takes it back, or, when it has been undone, does it again.
     pub inverse: Edit,
@@ -67,6 +68,7 @@ impl History {
     /// As [`Scene::apply`]. Nothing is forgotten then.
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit, grouping: Grouping) -> Result<Applied, EditError> {
         let applied = scene.apply(edit.clone())?;
+        let edit = without_document(edit);
         for entry in self.undone.drain(..).rev() {
             self.bytes -= entry.bytes;
             scene.forget(&entry.inverse);
@@ -85,9 +87,10 @@ impl History {
             (last.edit, last.dragged) = (edit, dragged);
             return Ok(applied);
         }
-        let bytes = bytes_of(scene, &applied.inverse) + bytes_of(scene, &edit) + size_of::<Entry>();
-        self.bytes += bytes;
-        self.done.push_back(Entry { edit, inverse: applied.inverse.clone(), bytes, dragged });
+        let mut entry = Entry { edit, inverse: applied.inverse.clone(), bytes: 0, dragged };
+        entry.bytes = entry_bytes(scene, &entry);
+        self.bytes += entry.bytes;
+        self.done.push_back(entry);
         while self.bytes > self.max_bytes && self.done.len() > 1 {
             let Some(oldest) = self.done.pop_front() else { break };
             self.bytes -= oldest.bytes;
@@ -109,8 +112,13 @@ impl History {
         let mut all = Vec::with_capacity(count);
         for _ in 0..count {
             let Some(mut entry) = self.done.pop_back() else { break };
-            all.push(turn(scene, &mut entry)?);
-            self.undone.push(entry);
+            let turned = turn(scene, &mut entry, &mut self.bytes);
+            if turned.is_ok() {
+                self.undone.push(entry)
+            } else {
+                self.done.push_back(entry)
+            }
+            all.push(turned?);
         }
         Ok(all)
     }
@@ -127,8 +135,13 @@ impl History {
         let mut all = Vec::with_capacity(count);
         for _ in 0..count {
             let Some(mut entry) = self.undone.pop() else { break };
-            all.push(turn(scene, &mut entry)?);
-            self.done.push_back(entry);
+            let turned = turn(scene, &mut entry, &mut self.bytes);
+            if turned.is_ok() {
+                self.done.push_back(entry)
+            } else {
+                self.undone.push(entry)
+            }
+            all.push(turned?);
         }
         Ok(all)
     }
@@ -154,62 +167,27 @@ impl History {
     }
 }
 
-/// Carries out an entry's inverse, and keeps what takes that back.
-fn turn(scene: &mut Scene, entry: &mut Entry) -> Result<Applied, EditError> {
-    let steps = std::mem::replace(&mut entry.inverse, Edit::Steps { steps: Vec::new() });
-    let applied = scene.apply(steps)?;
+/// Carries out an entry's inverse, and keeps what takes that back. If the scene refuses it (somebody else has edited it),
+/// the entry is as before.
+fn turn(scene: &mut Scene, entry: &mut Entry, bytes: &mut usize) -> Result<Applied, EditError> {
+    let applied = scene.apply(entry.inverse.clone())?;
     entry.inverse = applied.inverse.clone();
     entry.dragged = None;
+    // What is parked now is another set of objects.
+    *bytes -= entry.bytes;
+    entry.bytes = entry_bytes(scene, entry);
+    *bytes += entry.bytes;
     Ok(applied)
 }
 
-/// Bytes that an edit holds: its own, and those of the objects that it keeps parked.
-fn bytes_of(scene: &Scene, edit: &Edit) -> usize {
-    let Edit::Steps { steps } = edit else { return 0 };
-    let of_step = |step: &Step| match step {
-        Step::Unpark(ids) => ids.iter().map(|&id| size_of::<AnyId>() + object_bytes(scene, id)).sum(),
-        Step::Park(ids) => size_of_val(&ids[..]),
-        Step::Replace(object) => size_of::<Object>() + value_bytes(object),
-        Step::Node(_, NodeField::Weights(Some(weights))) => size_of_val(&weights[..]),
-        _ => 0,
-    };
-    steps.iter().map(|step| size_of::<Step>() + of_step(step)).sum()
+fn entry_bytes(scene: &Scene, entry: &Entry) -> usize {
+    bytes_of(scene, &entry.inverse) + bytes_of(scene, &entry.edit) + size_of::<Entry>()
 }
 
-/// About what a parked object takes.
-fn object_bytes(scene: &Scene, id: AnyId) -> usize {
-    match id {
-        AnyId::Node(id) => scene.nodes.get_any(id).map_or(0, |x| size_of_val(x) + x.children.len() * 16),
-        AnyId::Mesh(id) => scene.meshes.get_any(id).map_or(0, mesh_bytes),
-        AnyId::Animation(id) => scene.animations.get_any(id).map_or(0, animation_bytes),
-        AnyId::Buffer(id) => scene.buffers.get_any(id).map_or(0, |x| size_of_val(x) + x.data.len()),
-        AnyId::Image(id) => {
-            scene.images.get_any(id).map_or(0, |x| size_of_val(x) + x.data.as_ref().map_or(0, |data| data.len()))
-        }
-        AnyId::Skin(id) => scene.skins.get_any(id).map_or(0, |x| size_of_val(x) + size_of_val(&x.joints[..])),
-        _ => 1024,
+/// An edit as it is remembered: a merged document is in the scene, and need not be kept twice.
+fn without_document(mut edit: Edit) -> Edit {
+    if let Edit::MergeScene { file, .. } = &mut edit {
+        file.scene = None;
     }
-}
-
-fn mesh_bytes(mesh: &crate::model::Mesh) -> usize {
-    let attributes: usize = mesh
-        .primitives
-        .iter()
-        .map(|p| 40 * (p.attributes.0.len() + p.targets.iter().map(|t| t.0.len()).sum::<usize>()))
-        .sum();
-    size_of_val(mesh) + size_of_val(&mesh.primitives[..]) + attributes
-}
-
-fn animation_bytes(animation: &crate::model::Animation) -> usize {
-    size_of_val(animation) + size_of_val(&animation.channels[..]) + size_of_val(&animation.samplers[..])
-}
-
-fn value_bytes(object: &Object) -> usize {
-    match object {
-        Object::Mesh(_, mesh) => mesh_bytes(mesh),
-        Object::Animation(_, animation) => animation_bytes(animation),
-        Object::Skin(_, skin) => size_of_val(&skin.joints[..]),
-        Object::Material(..) => size_of::<crate::model::Material>(),
-        Object::Light(..) | Object::Camera(..) => 0,
-    }
+    edit
 }

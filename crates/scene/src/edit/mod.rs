@@ -11,7 +11,10 @@
 //! An edit costs what it touches. Who refers to an object is known from the reverse-reference index, which is made once
 //! ([`Scene::prepare_edits`], O(n log n)); no edit but `RemoveUnused` looks at the whole document.
 
+mod bytes;
 mod changes;
+mod channels;
+mod checked;
 mod error;
 mod history;
 pub mod ops;
@@ -54,7 +57,7 @@ pub struct Applied {
 }
 
 impl Scene {
-    /// Applies an edit.
+    /// Applies an edit. Steps (an inverse) are checked: they may come from anywhere.
     ///
     /// # Errors
     /// The reason for which it is refused. The scene is as before then.
@@ -70,6 +73,7 @@ impl Scene {
     }
 
     fn apply_with(&mut self, index: &mut ReferenceIndex, edit: Edit) -> Result<Applied, EditError> {
+        let is_foreign = matches!(edit, Edit::Steps { .. });
         let (steps, made, visited) = match edit {
             Edit::Steps { steps } => (steps, None, 0),
             edit => {
@@ -83,7 +87,21 @@ impl Scene {
             }
         };
         let mut execution = Execution { scene: self, index, changes: ChangeSet::default(), visited };
-        let mut inverse: Vec<Step> = steps.into_iter().map(|step| execution.run(step)).collect();
+        let mut inverse: Vec<Step> = Vec::with_capacity(steps.len());
+        for (i, step) in steps.into_iter().enumerate() {
+            let check = || checked::before(execution.scene, execution.index, &step);
+            if is_foreign && let Err(error) = check().map_err(checked::refused(Some(i))) {
+                inverse.into_iter().rev().for_each(|step| drop(execution.run(step)));
+                return Err(error);
+            }
+            inverse.push(execution.run(step));
+        }
+        let check = || checked::after(execution.scene, execution.index, &execution.changes);
+        if is_foreign && let Err(error) = check().map_err(checked::refused(None)) {
+            inverse.into_iter().rev().for_each(|step| drop(execution.run(step)));
+            return Err(error);
+        }
+        debug_assert_eq!(check(), Ok(()), "what was planned leads to a document");
         inverse.reverse();
         let Execution { changes, visited, .. } = execution;
         Ok(Applied { inverse: Edit::Steps { steps: inverse }, changes, made, visited })

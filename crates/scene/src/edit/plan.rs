@@ -101,7 +101,7 @@ impl<'p> Plan<'p> {
         self.scene.purge(id);
     }
 
-    /// Who refers to an object.
+    /// Which objects refer to an object. The document as a whole may as well: [`Plan::is_carried`].
     pub fn referrers(&mut self, id: impl Into<AnyId>) -> Vec<AnyId> {
         let owners: Vec<AnyId> = self
             .index
@@ -113,6 +113,11 @@ impl<'p> Plan<'p> {
             .collect();
         self.visited += owners.len() as u64;
         owners
+    }
+
+    /// Whether the document as a whole refers to an object, in an extension of its own.
+    pub fn is_carried(&self, id: impl Into<AnyId>) -> bool {
+        self.index.referrers(id).any(|(owner, _)| owner == Owner::Document)
     }
 
     /// Where a node hangs: below its parent, or as a root of each of these scenes, or nowhere.

@@ -89,6 +89,28 @@ pub enum Step {
     Node(NodeId, NodeField),
     /// An object gets a value.
     Replace(Object),
+    /// Channels leave an animation, and samplers that only they had.
+    TakeChannels {
+        /// The animation.
+        animation: AnimationId,
+        /// Which channels, ascending.
+        channels: Vec<usize>,
+        /// Which samplers, ascending.
+        samplers: Vec<usize>,
+    },
+    /// Channels and samplers come into an animation.
+    PutChannels {
+        /// The animation.
+        animation: AnimationId,
+        /// Channels and where they will be, ascending. Samplers in them are numbered as they will be.
+        channels: Vec<(usize, AnimationChannel)>,
+        /// Samplers and where they will be, ascending.
+        samplers: Vec<(usize, AnimationSampler)>,
+    },
+    /// What the document as a whole carries besides.
+    DocumentExtra(Extra),
+    /// What `asset` carries besides.
+    AssetExtra(Extra),
     /// The scene to show.
     DefaultScene(Option<SceneId>),
     /// The material variant to show.
@@ -129,6 +151,16 @@ impl Execution<'_> {
             }
             Step::Node(node, field) => Step::Node(node, self.set(node, field)),
             Step::Replace(object) => Step::Replace(self.replace(object)),
+            Step::TakeChannels { animation, channels, samplers } => self.take_channels(animation, &channels, &samplers),
+            Step::PutChannels { animation, channels, samplers } => self.put_channels(animation, channels, samplers),
+            Step::DocumentExtra(extra) => {
+                self.note_carried(&extra, false);
+                Step::DocumentExtra(std::mem::replace(&mut self.scene.extra, extra))
+            }
+            Step::AssetExtra(extra) => {
+                self.note_carried(&extra, true);
+                Step::AssetExtra(std::mem::replace(&mut self.scene.asset.extra, extra))
+            }
             Step::DefaultScene(id) => {
                 self.visited += 1;
                 self.changes.document = true;
@@ -153,6 +185,15 @@ impl Execution<'_> {
                 ])
             }
         }
+    }
+
+    /// The references of what the document carries, before it is replaced.
+    fn note_carried(&mut self, new: &Extra, of_asset: bool) {
+        self.visited += 1;
+        self.changes.document = true;
+        let old = if of_asset { &self.scene.asset.extra } else { &self.scene.extra };
+        self.index.count_carried(old, false);
+        self.index.count_carried(new, true);
     }
 
     fn park(&mut self, ids: &[AnyId]) {

@@ -59,6 +59,13 @@ macro_rules! ids {
                 match id { $(AnyId::$kind(id) => self.$store.set_parked(id, parked),)* }
             }
 
+            /// Whether the object has been taken out of the document and may come back.
+            pub(crate) fn is_parked(&self, id: AnyId) -> bool {
+                match id {
+                    $(AnyId::$kind(id) => self.$store.get(id).is_none() && self.$store.get_any(id).is_some(),)*
+                }
+            }
+
             /// Ends a parked object.
             pub(crate) fn purge(&mut self, id: AnyId) {
                 match id { $(AnyId::$kind(id) => drop(self.$store.purge(id)),)* }

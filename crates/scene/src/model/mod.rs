@@ -12,7 +12,7 @@ mod ids;
 mod lobes;
 mod material;
 mod node;
-mod size;
+pub(crate) mod size;
 mod specular_glossiness;
 mod store;
 mod texture;

@@ -34,7 +34,7 @@ impl Scene {
         });
         let bounds = |bounds: &Option<Vec<f64>>| bounds.as_deref().map_or(0, size_of_val);
         let accessors = self.accessors.values().map(|a| name(&a.name) + bounds(&a.min) + bounds(&a.max));
-        let mut extras = Extras(self.packets.values().map(|packet| value(&packet.0)).sum());
+        let mut extras = Extras(self.packets.values().map(|packet| json_bytes(&packet.0)).sum());
         visit::visit(self, &mut extras);
         (slots + nodes.sum::<usize>() + meshes.sum::<usize>() + accessors.sum::<usize>() + extras.0) as u64
     }
@@ -47,25 +47,29 @@ impl Visitor for Extras {
     fn slot<K: Id>(&mut self, _: K, _: &At<'_>) {}
 
     fn extra(&mut self, extra: &Extra, _: &At<'_>) {
-        let Extra { extras, extensions, other, .. } = extra;
-        self.0 += extras.as_deref().map_or(0, |v| size_of::<Value>() + value(v));
-        self.0 += extensions.as_deref().map_or(0, |m| size_of_val(m) + members(m));
-        self.0 += other.as_deref().map_or(0, |o| size_of_val(o) + members(&o.members));
+        self.0 += extra_bytes(extra);
     }
 }
 
+/// Bytes that lie outside an [`Extra`] itself.
+pub(crate) fn extra_bytes(Extra { extras, extensions, other, .. }: &Extra) -> usize {
+    extras.as_deref().map_or(0, |v| size_of::<Value>() + json_bytes(v))
+        + extensions.as_deref().map_or(0, |m| size_of_val(m) + members(m))
+        + other.as_deref().map_or(0, |o| size_of_val(o) + members(&o.members))
+}
+
 /// Bytes that a value owns. Its nesting is bounded by that of the parser.
-fn value(v: &Value) -> usize {
+pub(crate) fn json_bytes(v: &Value) -> usize {
     match v {
         Value::Null | Value::Bool(_) | Value::Number(_) => 0,
         Value::String(text) => text.len(),
-        Value::Array(values) => values.iter().map(|v| size_of::<Value>() + value(v)).sum(),
+        Value::Array(values) => values.iter().map(|v| size_of::<Value>() + json_bytes(v)).sum(),
         Value::Object(map) => members(map),
     }
 }
 
 fn members(map: &Map<String, Value>) -> usize {
     // Each has its key, its value, its hash and its place in the table.
-    let member = |(key, v): (&String, &Value)| size_of::<(String, Value)>() + 16 + key.len() + value(v);
+    let member = |(key, v): (&String, &Value)| size_of::<(String, Value)>() + 16 + key.len() + json_bytes(v);
     map.iter().map(member).sum()
 }

@@ -21,7 +21,7 @@ pub use walk::{visit, visit_object};
 
 pub(crate) use raw::{connect, pointer_index, write_index};
 pub(crate) use used::declared_extensions;
-pub(crate) use walk::{visit_mut, visit_object_mut};
+pub(crate) use walk::{visit_mut, visit_object_mut, visit_root as visit_document};
 
 use crate::model::{AnyId, Children, Extra, Id, NodeId};
 pub use crate::place::At;

@@ -2,7 +2,7 @@
 
 use super::{At, Visitor, visit_object, walk};
 use crate::Scene;
-use crate::model::{AnyId, Children, Id, Kind, NodeId, SceneId};
+use crate::model::{Animation, AnyId, Children, Extra, Id, Kind, NodeId, SceneId};
 use std::collections::BTreeMap;
 
 /// Who refers to something.
@@ -88,6 +88,16 @@ impl ReferenceIndex {
     /// Counts a reference of the document as a whole, or takes it away.
     pub(crate) fn count_document(&mut self, target: impl Into<AnyId>, add: bool) {
         self.count(target.into(), Owner::Document, add);
+    }
+
+    /// Counts the references of some channels and samplers, or takes them away.
+    pub(crate) fn count_animation(&mut self, owner: Owner, parts: &Animation, add: bool) {
+        walk::visit_animation(parts, &mut Targets(|target| self.count(target, owner, add)));
+    }
+
+    /// Counts the references in what the document as a whole carries, or takes them away.
+    pub(crate) fn count_carried(&mut self, extra: &Extra, add: bool) {
+        extra.links().iter().for_each(|link| self.count(link.target, Owner::Document, add));
     }
 
     fn count(&mut self, target: AnyId, owner: Owner, add: bool) {

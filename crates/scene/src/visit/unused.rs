@@ -2,7 +2,7 @@
 
 use super::{At, Visitor, visit_object, walk};
 use crate::Scene;
-use crate::model::{AnyId, Id, Kind};
+use crate::model::{AnyId, Id, Kind, NodeId};
 use std::collections::HashSet;
 
 struct Reach {
@@ -16,6 +16,11 @@ impl Visitor for Reach {
         if self.reached.insert(id) {
             self.ahead.push(id);
         }
+    }
+
+    /// A joint that no scene shows is used, and so is what it hangs below: that places it.
+    fn parent(&mut self, id: NodeId) {
+        self.slot(id, &At::Root);
     }
 }
 

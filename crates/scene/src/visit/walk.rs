@@ -275,7 +275,7 @@ macro_rules! walks {
                 v.extra(&$($m)? o.extra, at);
             }
 
-            fn animation(o: &$($m)? Animation, at: &At<'_>, v: &mut impl $visitor) {
+            pub fn animation(o: &$($m)? Animation, at: &At<'_>, v: &mut impl $visitor) {
                 let (samplers_at, channels_at) = (&at.key("samplers"), &at.key("channels"));
                 for (i, s) in o.samplers.$iter().enumerate() {
                     let at = &samplers_at.index(i);
@@ -341,8 +341,13 @@ pub fn visit_object(scene: &Scene, id: AnyId, visitor: &mut impl Visitor) {
 }
 
 /// [`visit_object`] for what belongs to the document as a whole.
-pub(super) fn visit_root(scene: &Scene, visitor: &mut impl Visitor) {
+pub(crate) fn visit_root(scene: &Scene, visitor: &mut impl Visitor) {
     shared::root(scene, visitor);
+}
+
+/// Shows the references of an animation, which need not be in the document, to a visitor.
+pub(super) fn visit_animation(animation: &Animation, visitor: &mut impl Visitor) {
+    shared::animation(animation, &At::Root, visitor);
 }
 
 /// Lets a visitor change every reference of the document. Only who keeps the document consistent may do this.

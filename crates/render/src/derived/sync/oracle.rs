@@ -38,7 +38,11 @@ impl DerivedScene {
         let (Some(live), Some(fresh_live)) = (&self.live, &fresh.live) else {
             return Err("it was not derived to follow edits".to_owned());
         };
-        let check = Check { scene, synced: self, fresh: &fresh, live, fresh_live };
+        let mut emitting = vec![false; fresh.primitives.len()];
+        for row in fresh.render_nodes.iter().filter(|row| row.emitter != NONE) {
+            emitting[row.primitive as usize] = true;
+        }
+        let check = Check { scene, synced: self, fresh: &fresh, live, fresh_live, emitting };
         check.nodes()?;
         check.holes()?;
         check.materials()?;
@@ -53,6 +57,8 @@ struct Check<'c> {
     fresh: &'c DerivedScene,
     live: &'c Live,
     fresh_live: &'c Live,
+    /// By RenderPrimitive of the fresh scene: whether some row emits with this geometry.
+    emitting: Vec<bool>,
 }
 
 fn close(a: f64, b: f64, size: f64) -> bool {
@@ -148,7 +154,7 @@ impl Check<'_> {
         let (a, b) = (&self.synced.mesh_descs[synced as usize], &self.fresh.mesh_descs[fresh as usize]);
         // Tangents and area tables stay when no material wants them any more.
         let kept = MeshFlags::TANGENT | MeshFlags::PARALLELOGRAM;
-        let emits = self.is_emitter(fresh);
+        let emits = self.emitting[fresh as usize];
         let needed = MeshFlags::TANGENT | if emits { MeshFlags::PARALLELOGRAM } else { 0 };
         let facts = |d: &MeshDesc| (d.vertex_count, d.index_count, d.flags & !kept);
         if facts(a) != facts(b) || b.flags & needed & !a.flags != 0 {
@@ -165,11 +171,6 @@ impl Check<'_> {
             return Err("it lacks tangents or an area table".to_owned());
         }
         Ok(())
-    }
-
-    /// Whether some row of the fresh scene emits with this geometry.
-    fn is_emitter(&self, primitive: u32) -> bool {
-        self.fresh.render_nodes.iter().any(|row| row.primitive == primitive && row.emitter != NONE)
     }
 
     /// What belongs to no node is a hole, and is free once.

@@ -1,6 +1,6 @@
 //! What a node shows, what a primitive is made of, and names.
 
-use super::copy_name;
+use super::{applicable, copy_name};
 use crate::accessor;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
@@ -79,6 +79,9 @@ pub fn material(p: &mut Plan<'_>, mesh: MeshId, primitive: usize, material: Opti
         return Err(EditError::missing(mesh, format!("there is no primitive {primitive}; it has {count}")));
     };
     slot.material = material;
+    if let Some(material) = material {
+        applicable::to_primitive(p, material, mesh, primitive)?;
+    }
     p.replace(Object::Mesh(mesh, value));
     Ok(())
 }

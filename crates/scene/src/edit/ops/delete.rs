@@ -4,7 +4,7 @@ use super::joints;
 use super::links::drop_links;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
-use crate::edit::step::{NodeField, Object, Place, Step};
+use crate::edit::step::{NodeField, Place, Step};
 use crate::model::*;
 use crate::visit;
 use std::collections::{BTreeSet, HashSet};
@@ -53,45 +53,60 @@ pub fn delete(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
     for (scene, node) in mend.roots {
         p.step(Step::Detach { node, place: Place::RootOf(scene) });
     }
+    drop_carried(p, &parked);
     p.step(Step::Park(parked));
     Ok(())
 }
 
+/// Mends what the document as a whole carries.
+fn drop_carried(p: &mut Plan<'_>, parked: &[AnyId]) {
+    if !parked.iter().any(|&id| p.is_carried(id)) {
+        return;
+    }
+    let gone: HashSet<AnyId> = parked.iter().copied().collect();
+    let mend = |extra: &Extra| {
+        let mut mended = extra.clone();
+        drop_links(&mut mended, &gone);
+        (mended != *extra).then_some(mended)
+    };
+    let (document, asset) = (mend(&p.scene.extra), mend(&p.scene.asset.extra));
+    document.map(Step::DocumentExtra).into_iter().chain(asset.map(Step::AssetExtra)).for_each(|step| p.step(step));
+}
+
 /// Takes the channels that move nodes that go out of an animation, and the samplers that only they had. An animation
-/// without channels goes (glTF 2.0 asks for one at least).
+/// without channels goes (glTF 2.0 asks for one at least). O(channels), to find them; what is kept for the undo is what goes.
 fn without_channels(p: &mut Plan<'_>, id: AnimationId, gone: &HashSet<AnyId>, parked: &mut Vec<AnyId>) -> Result<()> {
-    let mut animation = p.animation(id)?.clone();
-    p.visited += animation.channels.len() as u64;
+    let animation = p.animation(id)?;
     let refers = |extra: &Extra| extra.links().iter().any(|link| gone.contains(&link.target));
-    animation.channels.retain(|channel| {
+    let goes = |channel: &AnimationChannel| {
         let moves = channel.node.is_some_and(|node| gone.contains(&node.into()));
-        !moves && !refers(&channel.target_extra) && !refers(&channel.extra)
-    });
-    if animation.channels.is_empty() {
+        moves || refers(&channel.target_extra) || refers(&channel.extra)
+    };
+    let mut used = vec![false; animation.samplers.len()];
+    let mut orphaned = Vec::new();
+    let mut channels = Vec::new();
+    for (i, channel) in animation.channels.iter().enumerate() {
+        if goes(channel) {
+            channels.push(i);
+            orphaned.push(channel.sampler);
+        } else if let Some(used) = used.get_mut(channel.sampler) {
+            *used = true;
+        }
+    }
+    let is_empty = channels.len() == animation.channels.len();
+    let looked_at = animation.channels.len() as u64;
+    p.visited += looked_at;
+    if is_empty {
         if let Some(&owner) = p.referrers(id).first() {
             return Err(EditError::Unmendable { owner, target: id.into() });
         }
         parked.push(id.into());
         return Ok(());
     }
-    let mut is_used = vec![false; animation.samplers.len()];
-    for channel in &animation.channels {
-        if let Some(used) = is_used.get_mut(channel.sampler) {
-            *used = true;
-        }
-    }
-    let mut new_index = vec![0; is_used.len()];
-    let mut next = 0;
-    for (index, &used) in new_index.iter_mut().zip(&is_used) {
-        *index = next;
-        next += usize::from(used);
-    }
-    let mut used = is_used.iter();
-    animation.samplers.retain(|_| used.next().copied().unwrap_or(false));
-    for channel in &mut animation.channels {
-        channel.sampler = new_index.get(channel.sampler).copied().unwrap_or(channel.sampler);
-    }
-    p.replace(Object::Animation(id, animation));
+    orphaned.retain(|&sampler| used.get(sampler) == Some(&false));
+    orphaned.sort_unstable();
+    orphaned.dedup();
+    p.step(Step::TakeChannels { animation: id, channels, samplers: orphaned });
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use super::copy_name;
 use crate::edit::plan::{Plan, Result};
-use crate::edit::step::{Object, Place, Step};
+use crate::edit::step::{Place, Step};
 use crate::model::*;
 use crate::place::At;
 use crate::visit::{VisitorMut, visit_object_mut};
@@ -82,28 +82,40 @@ fn extend_animations(p: &mut Plan<'_>, nodes: &[NodeId], renamed: &HashMap<AnyId
         }));
     }
     for id in animations {
-        let mut animation = p.animation(id)?.clone();
-        p.visited += animation.channels.len() as u64;
+        let animation = p.animation(id)?;
+        let looked_at = animation.channels.len();
         let mut new = Vec::new();
         for channel in &animation.channels {
-            let mut copy = channel.clone();
-            let mut moves_copy = false;
-            if let Some(node) = &mut copy.node
-                && let Some(&AnyId::Node(target)) = renamed.get(&(*node).into())
-            {
-                (*node, moves_copy) = (target, true);
-            }
-            for link in copy.target_extra.links_mut() {
-                if let Some(&target) = renamed.get(&link.target) {
-                    (link.target, moves_copy) = (target, true);
-                }
-            }
-            if moves_copy {
-                new.push(copy);
+            if let Some(copy) = renamed_channel(channel, renamed) {
+                new.push((looked_at + new.len(), copy));
             }
         }
-        animation.channels.extend(new);
-        p.replace(Object::Animation(id, animation));
+        p.visited += looked_at as u64;
+        if !new.is_empty() {
+            p.step(Step::PutChannels { animation: id, channels: new, samplers: Vec::new() });
+        }
     }
     Ok(())
+}
+
+/// The channel of the copies, if the channel moves an original.
+fn renamed_channel(channel: &AnimationChannel, renamed: &HashMap<AnyId, AnyId>) -> Option<AnimationChannel> {
+    let is_original = |id: AnyId| renamed.contains_key(&id);
+    let moves = channel.node.is_some_and(|node| is_original(node.into()))
+        || channel.target_extra.links().iter().any(|link| is_original(link.target));
+    if !moves {
+        return None;
+    }
+    let mut copy = channel.clone();
+    if let Some(node) = &mut copy.node
+        && let Some(&AnyId::Node(target)) = renamed.get(&(*node).into())
+    {
+        *node = target;
+    }
+    for link in copy.target_extra.links_mut() {
+        if let Some(&target) = renamed.get(&link.target) {
+            link.target = target;
+        }
+    }
+    Some(copy)
 }

@@ -44,7 +44,7 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
     let own = shown_mesh(p, node)?;
     let found = equal_mesh(p, own)?.ok_or(EditError::NoEqualMesh(node))?;
     p.set(node, NodeField::Mesh(Some(found)));
-    if p.referrers(own).iter().any(|&owner| owner != node.into()) {
+    if p.is_carried(own) || p.referrers(own).iter().any(|&owner| owner != node.into()) {
         return Ok(());
     }
     // The orphan goes, and the materials that only it had.
@@ -52,7 +52,7 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
     let mut mesh = p.mesh(own)?.clone();
     let materials: BTreeSet<MaterialId> = materials(&mut mesh).map(|slot| *slot).collect();
     for material in materials {
-        if p.referrers(material).iter().all(|&owner| owner == own.into()) {
+        if !p.is_carried(material) && p.referrers(material).iter().all(|&owner| owner == own.into()) {
             parked.push(material.into());
         }
     }
@@ -60,7 +60,7 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
     Ok(())
 }
 
-/// The first other mesh over the same geometry whose materials are equal.
+/// The first other mesh over the same geometry whose materials and extras are equal.
 fn equal_mesh(p: &mut Plan<'_>, own: MeshId) -> Result<Option<MeshId>> {
     let mesh = p.mesh(own)?.clone();
     // A mesh over the same geometry refers to the same accessors: any one leads to all candidates.
@@ -77,15 +77,16 @@ fn equal_mesh(p: &mut Plan<'_>, own: MeshId) -> Result<Option<MeshId>> {
 }
 
 fn is_equal(p: &Plan<'_>, a: &Mesh, b: &Mesh) -> Result<bool> {
-    if a.primitives.len() != b.primitives.len() || a.weights != b.weights {
+    if a.primitives.len() != b.primitives.len() || a.weights != b.weights || a.extra != b.extra {
         return Ok(false);
     }
     for (a, b) in a.primitives.iter().zip(&b.primitives) {
         let same_geometry =
             a.attributes == b.attributes && a.indices == b.indices && a.mode == b.mode && a.targets == b.targets;
+        let same_extra = a.extra == b.extra;
         let same_variants = a.variants.len() == b.variants.len()
-            && a.variants.iter().zip(&b.variants).all(|(a, b)| a.variants == b.variants);
-        if !same_geometry || !same_variants || !same_material(p, a.material, b.material)? {
+            && a.variants.iter().zip(&b.variants).all(|(a, b)| a.variants == b.variants && a.extra == b.extra);
+        if !same_geometry || !same_variants || !same_extra || !same_material(p, a.material, b.material)? {
             return Ok(false);
         }
         for (a, b) in a.variants.iter().zip(&b.variants) {

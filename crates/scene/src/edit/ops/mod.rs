@@ -1,6 +1,8 @@
 //! The edits that there are, one file for each family: what each means, as steps.
 
+mod applicable;
 mod assign;
+mod bounds;
 mod delete;
 mod duplicate;
 mod hierarchy;

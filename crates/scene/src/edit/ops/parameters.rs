@@ -1,5 +1,6 @@
 //! Materials, lights and cameras by JSON: what glTF says of them, with a merge patch over it.
 
+use super::{applicable, bounds};
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::Object;
@@ -39,7 +40,11 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
     let text = export::gltf::object_text(p.scene, id).map_err(|fault| EditError::missing(id, fault.to_string()))?;
     let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
     merge_patch(&mut value, patch);
+    bounds::check(id.kind(), &value, patch, "/set")?;
     let object = object(p, id.kind(), &value, "/set")?;
+    if let (AnyId::Material(id), Parsed::Material(new)) = (id, &object) {
+        applicable::change(p, id, new)?;
+    }
     p.replace(match (id, object) {
         (AnyId::Material(id), Parsed::Material(value)) => Object::Material(id, value),
         (AnyId::Light(id), Parsed::Light(value)) => Object::Light(id, value),
@@ -53,6 +58,7 @@ pub fn add_light(p: &mut Plan<'_>, parent: Option<NodeId>, light: &Value) -> Res
     if !light.is_object() {
         return Err(EditError::value("/light", "it must be a light of KHR_lights_punctual"));
     }
+    bounds::check(Kind::Light, light, light, "/light")?;
     let Parsed::Light(light) = object(p, Kind::Light, light, "/light")? else {
         return Err(EditError::value("/light", "it is no light"));
     };

@@ -79,7 +79,7 @@ fn every_kind_of_edit_is_undone_exactly() {
         json!({"op": "set_mesh", "node": 2, "mesh": 1}),
         json!({"op": "set_camera", "node": 0, "camera": 0}),
         json!({"op": "set_skin", "node": 1, "skin": null}),
-        json!({"op": "assign_material", "mesh": 1, "primitive": 1, "material": 0}),
+        json!({"op": "assign_material", "mesh": 1, "primitive": 1, "material": null}),
         json!({"op": "duplicate_material", "material": 0}),
         json!({"op": "set_material", "material": 0, "set": {"alphaMode": "MASK", "normalTexture": {"index": 0}}}),
         json!({"op": "set_light", "light": 0, "set": {"intensity": 9, "name": null}}),
@@ -139,7 +139,7 @@ fn nonsense_is_refused_and_changes_nothing() {
         (json!({"op": "set_material", "material": 0, "set": {"doubleSided": 1}}), "/set/doubleSided"),
         (
             json!({"op": "set_material", "material": 0, "set": {"pbrMetallicRoughness": {"metallicFactor": 2}}}),
-            "/set/pbrMetallicRoughness/metallicFactor: a factor",
+            "/set/pbrMetallicRoughness/metallicFactor: it has to be from 0 to 1",
         ),
         (
             json!({"op": "set_material", "material": 0, "set": {"emissiveTexture": {"index": 77}}}),

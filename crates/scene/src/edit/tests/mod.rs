@@ -1,6 +1,8 @@
 //! Edits, by what they have to mean.
 
+mod bounds;
 mod cost;
+mod foreign;
 mod identity;
 mod meaning;
 mod scenes;
