@@ -78,11 +78,14 @@ const CAMERA: &[(&str, Bound)] = &[
     ("/orthographic/zfar", Positive),
 ];
 
-/// Pairs of which the first has to be less than the second, with the defaults that they have.
-const ORDERED: &[(Kind, &str, Option<f64>, &str, Option<f64>)] = &[
-    (Kind::Light, "/spot/innerConeAngle", Some(0.0), "/spot/outerConeAngle", Some(FRAC_PI_2 / 2.0)),
-    (Kind::Camera, "/perspective/znear", None, "/perspective/zfar", None),
-    (Kind::Camera, "/orthographic/znear", None, "/orthographic/zfar", None),
+/// A number and its default, if it has one.
+type Member = (&'static str, Option<f64>);
+
+/// Pairs of which the first has to be less than the second.
+const ORDERED: &[(Kind, Member, Member)] = &[
+    (Kind::Light, ("/spot/innerConeAngle", Some(0.0)), ("/spot/outerConeAngle", Some(FRAC_PI_2 / 2.0))),
+    (Kind::Camera, ("/perspective/znear", None), ("/perspective/zfar", None)),
+    (Kind::Camera, ("/orthographic/znear", None), ("/orthographic/zfar", None)),
 ];
 
 impl Bound {
@@ -135,7 +138,7 @@ pub fn check(kind: Kind, value: &Value, patch: &Value, base: &str) -> Result<(),
             return Err(EditError::value(format!("{base}{pointer}/{i}"), bound.says()));
         }
     }
-    for &(of, less, less_default, more, more_default) in ORDERED {
+    for &(of, (less, less_default), (more, more_default)) in ORDERED {
         if of != kind || !(is_set(less) || is_set(more)) {
             continue;
         }
