@@ -198,3 +198,23 @@ fn a_scene_that_was_derived_to_be_shown_once_says_so() {
     let error = derived.sync(&scene, &Default::default(), &Default::default()).unwrap_err();
     assert!(error.to_string().contains("live"), "{error}");
 }
+
+#[test]
+fn two_new_meshes_of_one_geometry_have_the_tangents_that_one_of_them_wants() {
+    let mut document = crate::common::Document::new(json!({
+        "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0}, {"mesh": 1}],
+        "materials": [{}, {"normalTexture": {"index": 0}}],
+        "textures": [{"source": 0}],
+    }));
+    let positions = document.triangle();
+    let uv = document.floats("VEC2", &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    let image = document.bytes(&scenes::png([128, 128, 255, 255]));
+    let mesh = |material: usize| json!({"primitives": [{"attributes": {"POSITION": positions, "TEXCOORD_0": uv}, "material": material}]});
+    document.json["meshes"] = json!([mesh(0), mesh(1)]);
+    document.json["images"] = json!([{"bufferView": image, "mimeType": "image/png"}]);
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("two_meshes_of_one_geometry.glb");
+    std::fs::write(&path, document.glb()).unwrap();
+    let mut live = Live::new(scenes::wide(3));
+    let report = live.run(json!({"op": "merge_scene", "path": path}));
+    assert_eq!(report.blas_built, 1, "the two share it");
+}

@@ -6,7 +6,7 @@ use orthant_scene::Scene;
 use serde_json::{Value, json};
 use std::io::Cursor;
 
-fn png(color: [u8; 4]) -> Vec<u8> {
+pub fn png(color: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     RgbaImage::from_pixel(2, 2, image::Rgba(color)).write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
     bytes

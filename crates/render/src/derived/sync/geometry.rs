@@ -92,7 +92,11 @@ impl Sync<'_> {
             }
             let (primitive, key) = (use_.primitive, use_.key.clone());
             let slot = match self.live.registry.static_slot(&key) {
-                Some(slot) => slot,
+                Some(slot) => {
+                    // Another new mesh has it, whose materials may want no tangents.
+                    self.want_tangents(slot, mesh, primitive)?;
+                    slot
+                }
                 None => {
                     let source = &self.scene.meshes()[mesh].primitives[primitive];
                     let tangents_from_uv = tangents_wanted(self.scene, source);
