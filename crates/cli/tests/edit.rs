@@ -126,3 +126,35 @@ fn another_file_is_merged_from_beside_the_script() {
         |file: &str| json(&succeed(&path, &["info", file, "--json"]))["render_nodes"].as_u64().expect("a count");
     assert_eq!(count("both.glb"), count("box.glb") + count("forest.glb"));
 }
+
+/// A triangle whose index 7 leads past its three vertices.
+const BROKEN: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]},
+        {"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 3}],
+    "buffers": [{"byteLength": 40,
+        "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAEHAA=="}]}"#;
+
+#[test]
+fn geometry_that_cannot_be_decoded_refuses_the_operation_and_the_rest_goes_on() {
+    let (_folder, path) = folder_with_box();
+    std::fs::write(path.join("broken.gltf"), BROKEN).expect("a file");
+    let merge = r#"{"op": "merge_scene", "path": "broken.gltf", "as": "g"}"#;
+    script(&path, &[merge]);
+    fail(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "new.glb"], 3, &["ops.jsonl: line 1"]);
+    assert!(!path.join("new.glb").exists());
+    // The others lead to what they lead to without it, and what it made cannot be redone.
+    let args = |output| {
+        ["edit", "box.glb", "--ops", "ops.jsonl", "-o", output, "--verify", "--backend", "cpu", "--keep-going"]
+    };
+    script(&path, &[EDITS[0], EDITS[1], EDITS[2], EDITS[3], merge, r#"{"op": "redo"}"#]);
+    let output = orthant(&path, &args("with.glb"));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("2 operations were refused"), "{said}");
+    script(&path, &EDITS[..4]);
+    succeed(&path, &args("without.glb"));
+    assert!(bytes(&path, "with.glb") == bytes(&path, "without.glb"));
+}

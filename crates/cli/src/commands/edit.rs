@@ -59,6 +59,11 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     let folder = args.ops.parent().unwrap_or(Path::new("."));
     let max_bytes = common.max_memory().saturating_sub(imported.charged_bytes);
     let mut live = Live::new(imported.scene, args, Session::new(folder, import), max_bytes)?;
+    if !common.quiet {
+        for warning in &live.derived.warnings {
+            eprintln!("warning: {}: {warning}", args.scene.display());
+        }
+    }
 
     let mut report = String::new();
     let mut refused = 0;
@@ -108,6 +113,14 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     print(&lines)
 }
 
+/// A backend that has all of a scene that was derived just now.
+fn loaded(derived: &mut DerivedScene) -> Result<CpuBackend, Failure> {
+    let mut backend = CpuBackend::new();
+    let batch = derived.load_batch();
+    backend.apply(batch).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    Ok(backend)
+}
+
 /// Why a line stopped the script.
 enum Stopped {
     /// The operation makes no sense, for this reason; nothing has changed.
@@ -122,6 +135,7 @@ struct Live {
     session: Session,
     derived: DerivedScene,
     backend: Option<CpuBackend>,
+    options: DeriveOptions,
     cursor: Cursor,
     /// The overlay of `set_time`. It is not part of the document, and not saved.
     pose: Pose,
@@ -137,18 +151,21 @@ impl Live {
         let options = DeriveOptions { live: true, max_bytes, ..DeriveOptions::default() };
         let mut derived = DerivedScene::derive(&scene, &options)
             .map_err(|e| Failure::bad_input(&args.scene, e.what).at(e.place).remedy(e.remedy))?;
-        let batch = derived.load_batch();
-        let backend = match args.backend {
-            None => None,
-            Some(_) => {
-                let mut backend = CpuBackend::new();
-                backend.apply(batch).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-                Some(backend)
-            }
-        };
+        let backend = args.backend.map(|_| loaded(&mut derived)).transpose()?;
         let cursor = scene.change_log().cursor();
         let (pose, player) = (Pose::default(), AnimationPlayer::new(max_bytes));
-        Ok(Self { scene, session, derived, backend, cursor, pose, player, warnings: Vec::new(), verify: args.verify })
+        Ok(Self {
+            scene,
+            session,
+            derived,
+            backend,
+            options,
+            cursor,
+            pose,
+            player,
+            warnings: Vec::new(),
+            verify: args.verify,
+        })
     }
 
     /// One line of the script; its line of the report.
@@ -156,18 +173,26 @@ impl Live {
         let operation = Operation::parse(line).map_err(|e| Stopped::Refused(e.to_string()))?;
         let start = Instant::now();
         let outcome = self.session.run(&mut self.scene, &operation).map_err(|e| Stopped::Refused(e.to_string()))?;
+        let mut pose_before = None;
         if let Outcome::TimeSet { seconds, animation } = outcome {
-            self.pose = match animation {
+            let pose = match animation {
                 Some(id) => {
                     let pose = self.player.pose(&self.scene, id, seconds);
                     pose.map_err(|e| Stopped::Refused(e.to_string()))?
                 }
                 None => Pose::default(),
             };
+            pose_before = Some(std::mem::replace(&mut self.pose, pose));
         }
         let edit_time = start.elapsed();
         let start = Instant::now();
-        let synced = self.sync().map_err(Stopped::Failed)?;
+        let synced = match self.sync() {
+            Err(Stopped::Refused(what)) => {
+                self.take_back(&operation, pose_before).map_err(Stopped::Failed)?;
+                return Err(Stopped::Refused(what));
+            }
+            synced => synced?,
+        };
         let sync_time = start.elapsed();
         if self.verify {
             self.check().map_err(Stopped::Failed)?;
@@ -184,14 +209,30 @@ impl Live {
         new
     }
 
-    fn sync(&mut self) -> Result<SyncReport, Failure> {
+    /// Takes an operation back that leads to what cannot be shown (geometry that cannot be decoded, more than fits into the
+    /// memory), and derives anew what a sync has left half-way. O(scene).
+    fn take_back(&mut self, operation: &Operation, pose: Option<Pose>) -> Result<(), Failure> {
         let internal = |what: String| Failure::new(Exit::Internal, what);
+        self.session.take_back(&mut self.scene, operation).map_err(|e| internal(e.to_string()))?;
+        self.pose = pose.unwrap_or_else(|| std::mem::take(&mut self.pose));
+        self.derived = DerivedScene::derive(&self.scene, &self.options).map_err(|e| internal(e.to_string()))?;
+        if let Some(backend) = &mut self.backend {
+            *backend = loaded(&mut self.derived)?;
+        }
+        self.cursor = self.scene.change_log().cursor();
+        match self.sync() {
+            Ok(_) => Ok(()),
+            Err(Stopped::Failed(failure)) => Err(failure),
+            Err(Stopped::Refused(what)) => Err(internal(what)),
+        }
+    }
+
+    fn sync(&mut self) -> Result<SyncReport, Stopped> {
+        let internal = |what: String| Stopped::Failed(Failure::new(Exit::Internal, what));
         let changes = self.scene.change_log().take(&mut self.cursor);
         let changes = changes.ok_or_else(|| internal("the log of changes does not reach back".to_owned()))?;
-        let (batch, report) = self
-            .derived
-            .sync(&self.scene, &self.pose, &changes)
-            .map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+        let (batch, report) =
+            self.derived.sync(&self.scene, &self.pose, &changes).map_err(|e| Stopped::Refused(e.to_string()))?;
         if let Some(backend) = &mut self.backend {
             backend.apply(batch).map_err(|e| internal(e.to_string()))?;
         }

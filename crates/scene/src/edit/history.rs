@@ -69,10 +69,7 @@ impl History {
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit, grouping: Grouping) -> Result<Applied, EditError> {
         let applied = scene.apply(edit.clone())?;
         let edit = without_document(edit);
-        for entry in self.undone.drain(..).rev() {
-            self.bytes -= entry.bytes;
-            scene.forget(&entry.inverse);
-        }
+        self.forget_undone(scene);
         let dragged = match (&edit, grouping) {
             (Edit::SetTransform { node, .. }, Grouping::Drag(time)) => Some((*node, time)),
             _ => None,
@@ -144,6 +141,14 @@ impl History {
             all.push(turned?);
         }
         Ok(all)
+    }
+
+    /// Forgets what has been undone: it cannot be done again.
+    pub fn forget_undone(&mut self, scene: &mut Scene) {
+        for entry in self.undone.drain(..).rev() {
+            self.bytes -= entry.bytes;
+            scene.forget(&entry.inverse);
+        }
     }
 
     /// The edits that can be undone, oldest first.

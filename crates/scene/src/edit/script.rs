@@ -266,6 +266,8 @@ pub struct Session {
     /// What has been done.
     pub history: History,
     labels: HashMap<String, AnyId>,
+    /// The label that the last operation set, and what it meant before.
+    last_label: Option<(String, Option<AnyId>)>,
     folder: PathBuf,
     import: ImportOptions,
 }
@@ -273,7 +275,13 @@ pub struct Session {
 impl Session {
     /// `folder` is where the paths of `merge_scene` begin; `import` is how these files are read.
     pub fn new(folder: &Path, import: ImportOptions) -> Self {
-        Self { history: History::default(), labels: HashMap::new(), folder: folder.to_owned(), import }
+        Self {
+            history: History::default(),
+            labels: HashMap::new(),
+            last_label: None,
+            folder: folder.to_owned(),
+            import,
+        }
     }
 
     /// Carries an operation out.
@@ -281,6 +289,7 @@ impl Session {
     /// # Errors
     /// Why it is refused. The scene is as before then, and so are history and labels.
     pub fn run(&mut self, scene: &mut Scene, operation: &Operation) -> Result<Outcome, EditError> {
+        self.last_label = None;
         match operation {
             Operation::Undo { count } => self.history.undo(scene, *count).map(Outcome::Edited),
             Operation::Redo { count } => self.history.redo(scene, *count).map(Outcome::Edited),
@@ -299,11 +308,36 @@ impl Session {
                 let (edit, label) = self.resolve(scene, operation)?;
                 let applied = self.history.apply(scene, edit, Grouping::Alone)?;
                 if let (Some(label), Some(made)) = (label, applied.made) {
-                    self.labels.insert(label, made);
+                    let before = self.labels.insert(label.clone(), made);
+                    self.last_label = Some((label, before));
                 }
                 Ok(Outcome::Edited(vec![applied]))
             }
         }
+    }
+
+    /// Takes the operation back that was carried out last, because what follows the scene cannot: as if it had been refused,
+    /// but that what could be redone before it is forgotten.
+    ///
+    /// # Errors
+    /// If somebody else has edited the scene meanwhile.
+    pub fn take_back(&mut self, scene: &mut Scene, operation: &Operation) -> Result<(), EditError> {
+        match operation {
+            Operation::Undo { count } => drop(self.history.redo(scene, *count)?),
+            Operation::Redo { count } => drop(self.history.undo(scene, *count)?),
+            Operation::SetTime { .. } => {}
+            _ => {
+                self.history.undo(scene, 1)?;
+                self.history.forget_undone(scene);
+            }
+        }
+        if let Some((label, before)) = self.last_label.take() {
+            match before {
+                Some(before) => drop(self.labels.insert(label, before)),
+                None => drop(self.labels.remove(&label)),
+            }
+        }
+        Ok(())
     }
 
     /// The object that a reference means.
