@@ -32,11 +32,13 @@ pub(crate) struct Arena<S, const N: usize> {
     /// One bit per node: in the log already.
     logged: Vec<u64>,
     log: Vec<u32>,
+    /// All nodes below this one are in the log besides, none of them with a bit or an entry.
+    all_below: u32,
 }
 
 impl<S: Scalar, const N: usize> Arena<S, N> {
     pub(crate) const fn new() -> Self {
-        Self { nodes: Vec::new(), free: Vec::new(), logged: Vec::new(), log: Vec::new() }
+        Self { nodes: Vec::new(), free: Vec::new(), logged: Vec::new(), log: Vec::new(), all_below: 0 }
     }
 
     pub(crate) fn nodes(&self) -> &[Node<S, N>] {
@@ -123,19 +125,16 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
         debug_assert!(self.free.is_empty());
         let count = self.nodes.len() as u32;
         if !self.log.is_empty() {
-            return (0..count).for_each(|id| self.note(id, 0));
+            return (self.all_below..count).for_each(|id| self.note(id, 0));
         }
-        self.log.extend(0..count);
-        self.logged.fill(u64::MAX);
-        if let Some(last) = self.logged.last_mut()
-            && !count.is_multiple_of(64)
-        {
-            *last = (1 << (count % 64)) - 1;
-        }
+        self.all_below = count;
     }
 
     #[inline(always)]
     fn note(&mut self, id: u32, flag: u32) {
+        if id < self.all_below {
+            return;
+        }
         let (word, bit) = (id as usize / 64, 1u64 << (id % 64));
         if self.logged[word] & bit == 0 {
             self.logged[word] |= bit;
@@ -147,6 +146,10 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
     pub(crate) fn drain(&mut self, root: u32, writes: &mut NodeWrites) {
         writes.written.clear();
         writes.freed.clear();
+        for id in 0..std::mem::take(&mut self.all_below) {
+            let is_live = self.nodes[id as usize].parent != FREE;
+            if is_live { &mut writes.written } else { &mut writes.freed }.push(NodeId(id));
+        }
         for &entry in &self.log {
             let id = entry & !FRESH;
             self.logged[id as usize / 64] &= !(1u64 << (id % 64));
@@ -163,7 +166,7 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
 
     /// Nodes in the log of the open batch.
     pub(crate) fn log_len(&self) -> usize {
-        self.log.len()
+        self.all_below as usize + self.log.len()
     }
 }
 

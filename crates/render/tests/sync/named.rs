@@ -199,8 +199,8 @@ fn a_scene_that_was_derived_to_be_shown_once_says_so() {
     assert!(error.to_string().contains("live"), "{error}");
 }
 
-#[test]
-fn two_new_meshes_of_one_geometry_have_the_tangents_that_one_of_them_wants() {
+/// Two meshes of one geometry; the material of the second has a normal map.
+fn two_meshes_of_one_geometry() -> crate::common::Document {
     let mut document = crate::common::Document::new(json!({
         "scene": 0, "scenes": [{"nodes": [0, 1]}], "nodes": [{"mesh": 0}, {"mesh": 1}],
         "materials": [{}, {"normalTexture": {"index": 0}}],
@@ -212,9 +212,30 @@ fn two_new_meshes_of_one_geometry_have_the_tangents_that_one_of_them_wants() {
     let mesh = |material: usize| json!({"primitives": [{"attributes": {"POSITION": positions, "TEXCOORD_0": uv}, "material": material}]});
     document.json["meshes"] = json!([mesh(0), mesh(1)]);
     document.json["images"] = json!([{"bufferView": image, "mimeType": "image/png"}]);
+    document
+}
+
+#[test]
+fn two_new_meshes_of_one_geometry_have_the_tangents_that_one_of_them_wants() {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("two_meshes_of_one_geometry.glb");
-    std::fs::write(&path, document.glb()).unwrap();
+    std::fs::write(&path, two_meshes_of_one_geometry().glb()).unwrap();
     let mut live = Live::new(scenes::wide(3));
     let report = live.run(json!({"op": "merge_scene", "path": path}));
     assert_eq!(report.blas_built, 1, "the two share it");
+}
+
+#[test]
+fn geometry_that_comes_back_has_the_tangents_that_a_mesh_wants_which_nothing_shows() {
+    let mut live = Live::new(two_meshes_of_one_geometry().import());
+    for operation in [
+        json!({"op": "add_node", "as": "empty"}),
+        json!({"op": "delete", "node": 0}),
+        json!({"op": "delete", "node": 1}),
+        json!({"op": "remove_unused"}),
+        json!({"op": "undo"}),
+    ] {
+        live.run(operation);
+    }
+    let report = live.run(json!({"op": "set_mesh", "node": "$empty", "mesh": 0}));
+    assert_eq!(report.blas_built, 1);
 }

@@ -98,8 +98,13 @@ impl Sync<'_> {
                     slot
                 }
                 None => {
+                    // As at load, tangents are made if any mesh of the document wants them of this geometry.
                     let source = &self.scene.meshes()[mesh].primitives[primitive];
-                    let tangents_from_uv = tangents_wanted(self.scene, source);
+                    let tangents_from_uv = tangents_wanted(self.scene, source).or_else(|| {
+                        let mut others = self.sharing(&key);
+                        others
+                            .find_map(|(mesh, i)| tangents_wanted(self.scene, &self.scene.meshes()[mesh].primitives[i]))
+                    });
                     let new = RenderPrimitive { mesh, primitive, deformed_by: None, tangents_from_uv };
                     let streams = self.decode(std::slice::from_ref(&new), false, None)?;
                     let slot = self.live.registry.take_slot(&mut self.derived.primitives, new);

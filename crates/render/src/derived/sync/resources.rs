@@ -123,20 +123,25 @@ impl Sync<'_> {
 
     /// Shared geometry is decoded from a mesh that has it; if that one has changed or gone, there is another.
     fn find_again(&mut self, slot: u32, key: &GeometryKey) {
-        let Some(index) = self.scene.reference_index() else { return };
-        let Some(accessor) = key.accessor() else { return };
-        let meshes = index.referrers(accessor).filter_map(|(owner, _)| match owner {
+        let another = self.sharing(key).next();
+        if let Some((mesh, primitive)) = another {
+            let found = &mut self.derived.primitives[slot as usize];
+            (found.mesh, found.primitive) = (mesh, primitive);
+        }
+    }
+
+    /// The primitives of the document that are this geometry, shown or not: mesh, and place in it.
+    pub(super) fn sharing<'k>(&'k self, key: &'k GeometryKey) -> impl Iterator<Item = (MeshId, usize)> + 'k {
+        let index = self.scene.reference_index();
+        let referrers = index.zip(key.accessor()).into_iter().flat_map(|(index, id)| index.referrers(id));
+        let meshes = referrers.filter_map(|(owner, _)| match owner {
             Owner::Object(AnyId::Mesh(mesh)) => Some(mesh),
             _ => None,
         });
-        for mesh in meshes {
-            let mut primitives = self.scene.meshes()[mesh].primitives.iter();
-            if let Some(primitive) = primitives.position(|primitive| GeometryKey::of(primitive) == *key) {
-                let found = &mut self.derived.primitives[slot as usize];
-                (found.mesh, found.primitive) = (mesh, primitive);
-                return;
-            }
-        }
+        meshes.flat_map(move |mesh| {
+            let primitives = self.scene.meshes()[mesh].primitives.iter().enumerate();
+            primitives.filter(|(_, primitive)| GeometryKey::of(primitive) == *key).map(move |(i, _)| (mesh, i))
+        })
     }
 
     /// Takes geometry away for good.
