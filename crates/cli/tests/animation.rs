@@ -36,7 +36,7 @@ fn setting_the_time_follows_at_every_operation_and_is_not_saved() {
     let report: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     assert_eq!(report.len(), lines.len());
     assert_eq!((&report[0]["op"], &report[0]["tlas"]), (&"set_time".into(), &"update".into()));
-    assert!(report[0]["blas_built"].as_u64() >= Some(2), "two figures are deformed: {}", report[0]);
+    assert!(report[0]["blas_updated"].as_u64() >= Some(2), "two figures are deformed: {}", report[0]);
     script(&path, &[]);
     succeed(&path, &["edit", "crowd.glb", "--ops", "ops.jsonl", "-o", "rest.glb"]);
     assert!(bytes(&path, "played.glb") == bytes(&path, "rest.glb"), "the rest pose is saved");

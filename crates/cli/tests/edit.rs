@@ -52,6 +52,8 @@ fn a_script_edits_a_scene_and_every_operation_is_verified_and_reported() {
             "instances_written",
             "tlas",
             "blas_built",
+            "blas_updated",
+            "holes_closed",
             "render_nodes",
             "free_slots",
             "revision",
@@ -71,6 +73,29 @@ fn a_script_edits_a_scene_and_every_operation_is_verified_and_reported() {
     let old = json(&succeed(&path, &["info", "box.glb", "--json"]));
     let grown = |key: &str| info[key].as_u64().expect(key) - old[key].as_u64().expect(key);
     assert_eq!((grown("nodes"), grown("meshes"), grown("materials"), grown("render_nodes")), (4, 1, 0, 2));
+}
+
+#[test]
+fn holes_are_closed_between_operations_when_most_rows_are_holes() {
+    let (_folder, path) = folder_with_box();
+    let lines: Vec<String> = (0..20)
+        .map(|i| format!(r#"{{"op": "add_shape", "shape": "cube", "as": "s{i}"}}"#))
+        .chain((0..15).map(|i| format!(r#"{{"op": "delete", "node": "$s{i}"}}"#)))
+        .chain([r#"{"op": "undo", "count": 15}"#.to_owned()])
+        .collect();
+    script(&path, &lines.iter().map(String::as_str).collect::<Vec<_>>());
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "--report", "r.jsonl", "--verify", "--backend", "cpu"]);
+    let text = String::from_utf8(bytes(&path, "r.jsonl")).expect("UTF-8");
+    let report: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let number = |line: usize, key: &str| report[line][key].as_u64().expect(key);
+    for line in 20..35 {
+        let (rows, free) = (number(line, "render_nodes"), number(line, "free_slots"));
+        assert!(free * 2 <= rows, "line {line}: {free} of {rows} are free");
+        // Before, a row fewer was free than in the line before and this one together.
+        assert_eq!(number(line, "holes_closed") > 0, number(line - 1, "free_slots") + 1 > free);
+    }
+    assert!(report.iter().any(|line| line["holes_closed"].as_u64() > Some(5)), "{text}");
+    assert_eq!(number(35, "render_nodes") - number(35, "free_slots"), number(19, "render_nodes"));
 }
 
 #[test]

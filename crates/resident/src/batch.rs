@@ -112,6 +112,9 @@ pub struct SceneBatch {
     pub mesh_descs: RowWrites<MeshDesc>,
     /// RenderPrimitives whose BLAS is to be built, ascending.
     pub blas_builds: Vec<u32>,
+    /// RenderPrimitives whose vertices have moved and whose triangles are the same, ascending: their BLAS may be updated (refitted).
+    /// None of them is in `blas_builds` too.
+    pub blas_updates: Vec<u32>,
     /// RenderPrimitives whose BLAS is to be dropped, ascending.
     pub blas_frees: Vec<u32>,
     /// Images.

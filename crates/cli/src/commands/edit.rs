@@ -121,6 +121,9 @@ fn loaded(derived: &mut DerivedScene) -> Result<CpuBackend, Failure> {
     Ok(backend)
 }
 
+/// Rows of render nodes that are moved into holes after one operation, at most.
+const HOLES_AT_ONCE: u32 = 1 << 16;
+
 /// Why a line stopped the script.
 enum Stopped {
     /// The operation makes no sense, for this reason; nothing has changed.
@@ -194,10 +197,11 @@ impl Live {
             synced => synced?,
         };
         let sync_time = start.elapsed();
+        let holes_closed = self.close_holes().map_err(Stopped::Failed)?;
         if self.verify {
             self.check().map_err(Stopped::Failed)?;
         }
-        Ok(self.entry(&operation, &synced, edit_time, sync_time))
+        Ok(self.entry(&operation, &synced, edit_time, sync_time, holes_closed))
     }
 
     /// What the animation that is played is not shown of, if that was not said before.
@@ -229,14 +233,49 @@ impl Live {
 
     fn sync(&mut self) -> Result<SyncReport, Stopped> {
         let internal = |what: String| Stopped::Failed(Failure::new(Exit::Internal, what));
-        let changes = self.scene.change_log().take(&mut self.cursor);
-        let changes = changes.ok_or_else(|| internal("the log of changes does not reach back".to_owned()))?;
+        let Some(changes) = self.scene.change_log().take(&mut self.cursor) else { return self.derive_anew() };
         let (batch, report) =
             self.derived.sync(&self.scene, &self.pose, &changes).map_err(|e| Stopped::Refused(e.to_string()))?;
         if let Some(backend) = &mut self.backend {
             backend.apply(batch).map_err(|e| internal(e.to_string()))?;
         }
         Ok(report)
+    }
+
+    /// A full derivation, for an operation that touched more than the log of changes keeps.
+    fn derive_anew(&mut self) -> Result<SyncReport, Stopped> {
+        let internal = |what: String| Stopped::Failed(Failure::new(Exit::Internal, what));
+        let options = DeriveOptions { pose: self.pose.clone(), ..self.options.clone() };
+        self.derived = DerivedScene::derive(&self.scene, &options).map_err(|e| Stopped::Refused(e.to_string()))?;
+        let batch = self.derived.load_batch();
+        let mut report = SyncReport::default();
+        report.render_nodes = self.derived.render_nodes.len() as u32;
+        report.instances_written = report.render_nodes;
+        (report.whole, report.primitives_changed, report.tlas) = (true, true, TlasAction::Rebuild);
+        report.materials = self.derived.materials.len() as u32;
+        report.lights = self.derived.lights.len() as u32;
+        report.blas_built = batch.blas_builds.len() as u32;
+        report.upload_bytes = batch.upload_bytes();
+        if let Some(backend) = &mut self.backend {
+            *backend = CpuBackend::new();
+            backend.apply(batch).map_err(|e| internal(e.to_string()))?;
+        }
+        Ok(report)
+    }
+
+    /// Moves render nodes into holes where more than half of their rows are holes: between operations, not as a part of one.
+    /// Returns how many holes are closed.
+    fn close_holes(&mut self) -> Result<u32, Failure> {
+        let internal = |what: String| Failure::new(Exit::Internal, what);
+        if !self.derived.holes_are_due() {
+            return Ok(0);
+        }
+        let before = self.derived.free_render_nodes();
+        let (batch, _) = self.derived.close_holes(&self.scene, HOLES_AT_ONCE).map_err(|e| internal(e.to_string()))?;
+        if let Some(backend) = &mut self.backend {
+            backend.apply(batch).map_err(|e| internal(e.to_string()))?;
+        }
+        Ok(before - self.derived.free_render_nodes())
     }
 
     fn check(&self) -> Result<(), Failure> {
@@ -251,7 +290,14 @@ impl Live {
         }
     }
 
-    fn entry(&self, operation: &Operation, synced: &SyncReport, edit: Duration, sync: Duration) -> Value {
+    fn entry(
+        &self,
+        operation: &Operation,
+        synced: &SyncReport,
+        edit: Duration,
+        sync: Duration,
+        holes_closed: u32,
+    ) -> Value {
         let us = |time: Duration| (time.as_secs_f64() * 1e7).round() / 10.0;
         json!({
             "op": operation.name(),
@@ -272,6 +318,8 @@ impl Live {
                 TlasAction::Rebuild => "rebuild",
             },
             "blas_built": synced.blas_built,
+            "blas_updated": synced.blas_updated,
+            "holes_closed": holes_closed,
             "render_nodes": self.derived.render_nodes.len(),
             "free_slots": self.derived.free_render_nodes(),
             "revision": self.derived.revision(),

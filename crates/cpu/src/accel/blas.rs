@@ -11,8 +11,12 @@ use orthant_resident::rows::MeshDesc;
 pub struct Blas {
     pub(crate) tree: WideTree,
     bounds: Bounds,
+    /// Expected node visits of a ray as the tree was built.
+    built_cost: f64,
 }
 
+/// How much more work than a fresh tree a refitted one may be.
+const MOST_GROWTH: f64 = 1.5;
 /// Triangles in a leaf, at most.
 const MAX_LEAF: u8 = 4;
 
@@ -34,7 +38,25 @@ impl Blas {
             *item = triangles[*item as usize];
         }
         let bounds = tree.bounds();
-        Self { tree, bounds }
+        let built_cost = tree.expected_nodes();
+        Self { tree, bounds, built_cost }
+    }
+
+    /// Follows vertices that have moved: new boxes, the same tree. Returns whether that will do. It will not if other triangles
+    /// can be hit than before (one has lost its area, or got one), or if the boxes overlap so much that rays visit
+    /// [`MOST_GROWTH`] times the nodes: then the tree is to be built anew.
+    pub(crate) fn refit(&mut self, positions: &[[f32; 3]], indices: &[u32], desc: &MeshDesc) -> bool {
+        let traceable = |triangle| corners(positions, indices, desc, triangle).filter(|corners| is_traceable(*corners));
+        let count = (0..desc.triangle_count()).filter(|&triangle| traceable(triangle).is_some()).count();
+        if count != self.tree.items.len() || self.tree.items.iter().any(|&item| traceable(item).is_none()) {
+            return false;
+        }
+        self.tree.refit(|items| {
+            let boxes = items.iter().filter_map(|&item| traceable(item)).map(|c| Bounds::of_points(&c.map(|p| *p)));
+            boxes.fold(Bounds::EMPTY, |a, b| a.union(&b))
+        });
+        self.bounds = self.tree.bounds();
+        self.tree.expected_nodes() <= MOST_GROWTH * self.built_cost
     }
 
     /// The object-space box of what rays can hit.

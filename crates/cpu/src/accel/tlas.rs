@@ -2,6 +2,7 @@ use super::binary::{BinaryNode, BinaryTree};
 use super::blas::Blas;
 use super::bounds::{Bounds, world_bounds};
 use super::collapse::WideCopy;
+use super::wide::expected_nodes;
 use orthant_bvh::{Aabb, Bvh, Child, NodeId, NodeWrites};
 use orthant_resident::rows::{NodeFlags, RenderNodeRow};
 use rayon::prelude::*;
@@ -128,9 +129,7 @@ impl Tlas {
     /// Nodes that a ray through the bounds of everything is expected to visit: the sum of their surfaces over that of the root
     /// (the surface area heuristic). Looks at all nodes.
     pub fn expected_nodes(&self) -> f64 {
-        let half_area = |bounds: Bounds| Aabb::new(bounds.lower, bounds.upper).half_area_f64();
-        let nodes = self.wide.nodes.iter().filter(|node| node.used != 0);
-        nodes.map(|node| half_area(node.total_bounds())).sum::<f64>() / half_area(self.bounds())
+        expected_nodes(&self.wide.nodes, self.bounds())
     }
 
     /// Bytes in memory.

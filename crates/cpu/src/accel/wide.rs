@@ -2,6 +2,7 @@
 
 use super::binary::{BinaryNode, BinaryTree};
 use super::bounds::Bounds;
+use orthant_bvh::Aabb;
 
 /// Children of a node.
 pub const WIDTH: usize = 8;
@@ -167,6 +168,11 @@ impl WideTree {
         }
     }
 
+    /// Nodes that a ray through the bounds of everything is expected to visit.
+    pub fn expected_nodes(&self) -> f64 {
+        expected_nodes(&self.nodes, self.bounds())
+    }
+
     /// The box of everything.
     pub fn bounds(&self) -> Bounds {
         self.nodes.first().map_or(Bounds::EMPTY, WideNode::total_bounds)
@@ -176,6 +182,15 @@ impl WideTree {
     pub fn bytes(&self) -> u64 {
         (size_of_val(self.nodes.as_slice()) + size_of_val(self.items.as_slice())) as u64
     }
+}
+
+/// Nodes that a ray through `bounds` is expected to visit: the sum of the nodes' surfaces over that of the bounds (the surface
+/// area heuristic). Unused nodes do not count.
+pub(super) fn expected_nodes(nodes: &[WideNode], bounds: Bounds) -> f64 {
+    let half_area = |bounds: Bounds| Aabb::new(bounds.lower, bounds.upper).half_area_f64();
+    let whole = half_area(bounds);
+    let used = nodes.iter().filter(|node| node.used != 0);
+    if whole > 0.0 { used.map(|node| half_area(node.total_bounds())).sum::<f64>() / whole } else { used.count() as f64 }
 }
 
 /// Opens the inner child with the largest box (of equal ones, with the most items) until there are eight children or only leaves.

@@ -31,7 +31,9 @@ pub(super) fn check(scene: &ResidentScene, batch: &SceneBatch) -> Result<(), Bac
     if let Some(write) = batch.images.iter().find(|write| write.slot as usize >= image_slots) {
         return fault(format!("image slot {} would leave a gap: {image_slots} slots are possible", write.slot));
     }
-    for (name, list) in [("blas_builds", &batch.blas_builds), ("blas_frees", &batch.blas_frees)] {
+    let lists =
+        [("blas_builds", &batch.blas_builds), ("blas_updates", &batch.blas_updates), ("blas_frees", &batch.blas_frees)];
+    for (name, list) in lists {
         if !list.is_sorted_by(|a, b| a < b) {
             return fault(format!("{name} is not in ascending order"));
         }
@@ -41,7 +43,7 @@ pub(super) fn check(scene: &ResidentScene, batch: &SceneBatch) -> Result<(), Bac
             return fault(format!("{name} names RenderPrimitive {last} of {}", batch.mesh_descs.len));
         }
     }
-    for &primitive in &batch.blas_builds {
+    for &primitive in batch.blas_builds.iter().chain(&batch.blas_updates) {
         let desc = desc_after(scene, batch, primitive);
         let within = |first: u32, count: u32, len: u32| u64::from(first) + u64::from(count) <= u64::from(len);
         if !within(desc.first_vertex, desc.vertex_count, batch.positions.len)

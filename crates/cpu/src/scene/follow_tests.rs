@@ -116,7 +116,11 @@ proptest! {
                     let size = 0.1 + random(seed) as f32 * 2.0;
                     let rows = tetrahedron(size).positions;
                     batch.positions.ranges = vec![RowRange { first: 4 * mesh, rows }];
-                    batch.blas_builds = vec![mesh];
+                    if seed.is_multiple_of(2) {
+                        batch.blas_builds = vec![mesh];
+                    } else {
+                        batch.blas_updates = vec![mesh];
+                    }
                     scene.apply(batch).expect("geometry may change");
                 }
                 Op::Hide(..) | Op::Remove(..) => {}

@@ -115,15 +115,23 @@ impl ResidentScene {
         for (&primitive, blas) in batch.blas_builds.iter().zip(built) {
             self.blas[primitive as usize] = Some(blas);
         }
-        if !batch.blas_builds.is_empty() {
-            report.blas_built = batch.blas_builds.len() as u32;
+        for &primitive in &batch.blas_updates {
+            let desc = &self.mesh_descs[primitive as usize];
+            let slot = &mut self.blas[primitive as usize];
+            if slot.as_mut().is_none_or(|blas| !blas.refit(&self.positions, &self.indices, desc)) {
+                *slot = Some(Blas::build(&self.positions, &self.indices, desc));
+                report.blas_built += 1;
+            }
+        }
+        if !batch.blas_builds.is_empty() || !batch.blas_updates.is_empty() {
+            report.blas_built += batch.blas_builds.len() as u32;
             report.blas_time = start.elapsed();
         }
 
         // Let the TLAS follow
         let start = Instant::now();
         if changed.len() <= self.render_nodes.len() / 2 {
-            let geometry = batch.blas_builds.iter().chain(&batch.blas_frees);
+            let geometry = batch.blas_builds.iter().chain(&batch.blas_updates).chain(&batch.blas_frees);
             let users: Vec<u32> = geometry.flat_map(|&primitive| self.users.of(primitive)).collect();
             if !users.is_empty() {
                 changed.extend(users);

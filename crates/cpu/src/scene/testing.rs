@@ -23,6 +23,7 @@ pub(crate) fn empty_batch() -> SceneBatch {
         tangents: RowWrites::none(0),
         mesh_descs: RowWrites::none(0),
         blas_builds: Vec::new(),
+        blas_updates: Vec::new(),
         blas_frees: Vec::new(),
         images: Vec::new(),
         textures: RowWrites::none(0),

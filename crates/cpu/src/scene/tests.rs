@@ -99,6 +99,44 @@ fn geometry_is_rebuilt_where_the_batch_says() {
 }
 
 #[test]
+fn a_blas_is_refitted_while_the_same_triangles_can_be_hit_and_built_anew_where_not() {
+    let mut scene = three();
+    let mut deform = |z: f32, width: f32| {
+        let mut batch = batch_on(&scene);
+        let positions = vec![[0.0, 0.0, z], [width, 0.0, z], [0.0, 1.0, z]];
+        batch.positions.ranges = vec![RowRange { first: 3, rows: positions }];
+        batch.blas_updates = vec![1];
+        let report = scene.apply(batch).unwrap();
+        scene.validate().unwrap();
+        (report.blas_built, down(&scene, 9.0))
+    };
+    assert_eq!(deform(4.0, 1.0), (0, Some((2, 6.0))));
+    // Flat, it cannot be hit; wide again, it can.
+    assert_eq!(deform(4.0, 0.0), (1, None));
+    assert_eq!(deform(5.0, 1.0), (1, Some((2, 5.0))));
+    assert_eq!(deform(6.0, 2.0), (0, Some((2, 4.0))));
+}
+
+#[test]
+fn a_blas_whose_boxes_come_to_overlap_is_built_anew() {
+    // Triangles in a row, which then change places at random: boxes of neighbours in the tree span everything.
+    let corners = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x, 1.0, 0.0]];
+    let places =
+        |step: usize| -> Vec<[f32; 3]> { (0..256).flat_map(|i| corners((i * step % 256) as f32 * 2.0)).collect() };
+    let mesh = TestMesh { positions: places(1), indices: (0..768).collect() };
+    let mut scene = scene(&[mesh], vec![at(0.0, 0)]);
+    let mut deform = |positions: Vec<[f32; 3]>| {
+        let mut batch = batch_on(&scene);
+        batch.positions = RowWrites { len: 768, ranges: vec![RowRange { first: 0, rows: positions }] };
+        batch.blas_updates = vec![0];
+        (scene.apply(batch).unwrap().blas_built, down(&scene, 2.0))
+    };
+    let raised = places(1).into_iter().map(|[x, y, _]| [x, y, 1.0]).collect();
+    assert_eq!(deform(raised), (0, Some((0, 9.0))));
+    assert_eq!(deform(places(97)), (1, Some((0, 10.0))));
+}
+
+#[test]
 fn a_freed_blas_is_gone_and_its_slot_can_be_built_again() {
     let mut scene = three();
     let mut batch = batch_on(&scene);

@@ -262,6 +262,7 @@ impl SceneBuilder {
             tangents: RowWrites::none(0),
             blas_builds: (0..descs.len() as u32).collect(),
             mesh_descs: RowWrites::whole(descs),
+            blas_updates: vec![],
             blas_frees: vec![],
             images: (0..self.images.len())
                 .map(|i| ImageWrite { slot: i as u32, image: Some(self.images[i].clone()) })

@@ -179,6 +179,7 @@ impl DerivedScene {
             blas_builds: (0..self.mesh_descs.len() as u32)
                 .filter(|&i| self.mesh_descs[i as usize].index_count > 0)
                 .collect(),
+            blas_updates: Vec::new(),
             blas_frees: Vec::new(),
             positions: RowWrites::whole(streams.positions),
             vertices: RowWrites::whole(streams.vertices),

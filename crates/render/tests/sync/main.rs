@@ -53,6 +53,7 @@ impl Copy {
         self.scene_radius = batch.scene_radius;
         self.blas.resize(self.mesh_descs.len(), false);
         batch.blas_frees.iter().for_each(|&slot| self.blas[slot as usize] = false);
+        assert!(batch.blas_updates.iter().all(|&slot| self.blas[slot as usize]), "what is updated is there");
         batch.blas_builds.iter().for_each(|&slot| self.blas[slot as usize] = true);
     }
 }

@@ -34,7 +34,9 @@ impl LightChanges {
             lights: written(&batch.lights).collect(),
             lights_len: scene.lights.len(),
             emitters,
-            primitives: written(&batch.mesh_descs).chain(batch.blas_builds.iter().copied()).collect(),
+            primitives: written(&batch.mesh_descs)
+                .chain(batch.blas_builds.iter().chain(&batch.blas_updates).copied())
+                .collect(),
             scene_radius: batch.scene_radius,
         }
     }

@@ -146,7 +146,7 @@ impl Sync<'_> {
             (desc.flags, desc.area) = (piece.desc.flags, piece.desc.area);
             (desc.bounds_min, desc.bounds_max) = (piece.desc.bounds_min, piece.desc.bounds_max);
             self.live.dirty.mesh_descs.mark(slot);
-            self.live.dirty.blas_builds.insert(slot);
+            self.live.dirty.blas_updates.insert(slot);
         }
         self.live.tlas.deformed();
         self.live.poses.insert(id, pose);

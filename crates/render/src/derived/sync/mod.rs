@@ -70,6 +70,8 @@ pub struct SyncReport {
     pub tlas: TlasAction,
     /// BLAS that are built.
     pub blas_built: u32,
+    /// BLAS that are updated: their vertices have moved.
+    pub blas_updated: u32,
     /// Bytes that cross to the backend, images apart.
     pub upload_bytes: u64,
     /// Nodes that were looked at.
@@ -120,6 +122,7 @@ struct Dirty {
     mesh_descs: DirtyRows,
     textures: DirtyRows,
     blas_builds: BTreeSet<u32>,
+    blas_updates: BTreeSet<u32>,
     blas_frees: BTreeSet<u32>,
     images: Vec<ImageWrite>,
 }
@@ -308,6 +311,8 @@ impl Sync<'_> {
         };
         let geometry = live.store.take_writes();
         let blas_builds: Vec<u32> = std::mem::take(&mut dirty.blas_builds).into_iter().collect();
+        let mut blas_updates = std::mem::take(&mut dirty.blas_updates);
+        blas_updates.retain(|slot| blas_builds.binary_search(slot).is_err());
         let mut blas_frees = std::mem::take(&mut dirty.blas_frees);
         blas_frees.retain(|slot| blas_builds.binary_search(slot).is_err());
         report.primitives_changed = !dirty.mesh_descs.is_empty() || !blas_builds.is_empty() || !blas_frees.is_empty();
@@ -323,6 +328,7 @@ impl Sync<'_> {
             tangents: geometry.tangents,
             mesh_descs: dirty.mesh_descs.writes(&derived.mesh_descs, resident.mesh_descs),
             blas_builds,
+            blas_updates: blas_updates.into_iter().collect(),
             blas_frees: blas_frees.into_iter().collect(),
             images: std::mem::take(&mut dirty.images),
             textures: dirty.textures.writes(&derived.textures, resident.textures),
@@ -346,6 +352,7 @@ impl Sync<'_> {
         };
         report.tlas = tlas;
         report.blas_built = batch.blas_builds.len() as u32;
+        report.blas_updated = batch.blas_updates.len() as u32;
         report.upload_bytes = batch.upload_bytes();
         report.instances_written = batch.render_nodes.ranges.iter().map(|range| range.rows.len() as u32).sum();
         report.whole = report.instances_written > 0 && report.instances_written as usize == derived.render_nodes.len();

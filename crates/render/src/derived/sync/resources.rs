@@ -152,6 +152,7 @@ impl Sync<'_> {
         self.derived.primitives[slot as usize] = RenderPrimitive::FREE;
         self.live.dirty.mesh_descs.mark(slot);
         self.live.dirty.blas_builds.remove(&slot);
+        self.live.dirty.blas_updates.remove(&slot);
         self.live.dirty.blas_frees.insert(slot);
         self.live.registry.free_slot(slot);
     }

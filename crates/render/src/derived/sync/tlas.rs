@@ -105,7 +105,8 @@ impl TlasState {
         let is_seen = |row: &RenderNodeRow| row.flags & SEEN == SEEN;
         if is_seen(old) != is_seen(new) || is_seen(new) && old.primitive != new.primitive {
             self.active_changed = true;
-        } else if is_seen(new) && old.world != new.world {
+        } else if is_seen(new) && (old.world != new.world || old.flags != new.flags) {
+            // A device's instances hold the matrix, and whether they are opaque and culled.
             self.moved = true;
         } else {
             return;
