@@ -119,7 +119,7 @@ pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
                 Reference::Index(index) => VariantReference::Index(index),
                 Reference::Text(name) => VariantReference::Name(name),
             });
-            if b % 7 == 6 { Operation::RemoveUnused } else { Operation::SelectVariant { variant } }
+            if b % 7 == 6 { Operation::RemoveUnused {} } else { Operation::SelectVariant { variant } }
         }
         30 => Operation::Undo { count: 1 + a as usize % 3 },
         _ => Operation::Redo { count: 1 + a as usize % 3 },

@@ -173,7 +173,8 @@ pub enum Operation {
         #[serde(default, rename = "as", skip_serializing_if = "Option::is_none")]
         label: Option<String>,
     },
-    RemoveUnused,
+    /// With braces: of a unit variant, unknown members would be overlooked.
+    RemoveUnused {},
     Undo {
         #[serde(default = "one")]
         count: usize,
@@ -237,7 +238,7 @@ impl Operation {
             Self::MergeMesh { .. } => "merge_mesh",
             Self::SelectVariant { .. } => "select_variant",
             Self::MergeScene { .. } => "merge_scene",
-            Self::RemoveUnused => "remove_unused",
+            Self::RemoveUnused {} => "remove_unused",
             Self::Undo { .. } => "undo",
             Self::Redo { .. } => "redo",
             Self::SetTime { .. } => "set_time",
@@ -484,7 +485,7 @@ impl Session {
                 let parent = self.find_optional(scene, "parent", parent)?;
                 Edit::MergeScene { file: self.load(path)?, parent }
             }
-            Op::RemoveUnused => Edit::RemoveUnused,
+            Op::RemoveUnused {} => Edit::RemoveUnused,
             Op::Undo { .. } | Op::Redo { .. } | Op::SetTime { .. } => {
                 return Err(EditError::value("/op", "it is no edit"));
             }

@@ -184,37 +184,6 @@ pub enum Edit {
     },
 }
 
-impl Edit {
-    /// The name of the operation, as the command line has it.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::SetTransform { .. } => "set_transform",
-            Self::AddNode { .. } => "add_node",
-            Self::AddShape { .. } => "add_shape",
-            Self::AddLight { .. } => "add_light",
-            Self::Delete { .. } => "delete",
-            Self::Duplicate { .. } => "duplicate",
-            Self::Reparent { .. } => "reparent",
-            Self::Rename { .. } => "rename",
-            Self::SetVisible { .. } => "set_visible",
-            Self::SetMesh { .. } => "set_mesh",
-            Self::SetCamera { .. } => "set_camera",
-            Self::SetSkin { .. } => "set_skin",
-            Self::AssignMaterial { .. } => "assign_material",
-            Self::DuplicateMaterial { .. } => "duplicate_material",
-            Self::SetMaterial { .. } => "set_material",
-            Self::SetLight { .. } => "set_light",
-            Self::SetCameraParams { .. } => "set_camera_params",
-            Self::SplitMesh { .. } => "split_mesh",
-            Self::MergeMesh { .. } => "merge_mesh",
-            Self::SelectVariant { .. } => "select_variant",
-            Self::MergeScene { .. } => "merge_scene",
-            Self::RemoveUnused => "remove_unused",
-            Self::Steps { .. } => "steps",
-        }
-    }
-}
-
 /// Plans an edit.
 pub(super) fn plan(p: &mut Plan<'_>, edit: Edit) -> Result<()> {
     match edit {

@@ -289,6 +289,34 @@ fn what_is_not_used_is_removed_in_one_pass() {
 }
 
 #[test]
+fn what_a_used_joint_hangs_below_is_used_and_places_it() {
+    let json = json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "skin": 0}, {"children": [2, 4], "translation": [0, 5, 0]}, {"children": [3]}, {}, {}, {}],
+        "skins": [{"joints": [3]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}],
+        "accessors": [
+            {"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]},
+            {"componentType": 5121, "count": 3, "type": "VEC4"},
+            {"componentType": 5126, "count": 3, "type": "VEC4"},
+        ],
+    });
+    let imported = crate::import::import_slice(json.to_string(), None, "a.gltf", &ImportOptions::default());
+    let mut scene = imported.unwrap().scene;
+    let before = bytes(&scene);
+    let mut session = session();
+    run(&mut session, &mut scene, json!({"op": "remove_unused"})).unwrap();
+    check(&scene);
+    let left: Vec<usize> = scene.nodes.ids().map(slot).collect();
+    assert!([0, 1, 2, 3].iter().all(|used| left.contains(used)), "{left:?}");
+    assert!(!left.contains(&5), "a root that no scene and nothing else has is unused");
+    assert_eq!(node(&scene, 3).parent.map(slot), Some(2));
+    assert_eq!((node(&scene, 2).parent.map(slot), children(&scene, 1)), (Some(1), vec![2, 4]));
+    session.history.undo(&mut scene, 1).unwrap();
+    assert!(bytes(&scene) == before);
+}
+
+#[test]
 fn every_consumer_hears_of_an_edit() {
     let mut scene = scenes::wide(3);
     let mut cursor = scene.change_log().cursor();
