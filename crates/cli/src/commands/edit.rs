@@ -138,7 +138,6 @@ struct Live {
     session: Session,
     derived: DerivedScene,
     backend: Option<CpuBackend>,
-    options: DeriveOptions,
     cursor: Cursor,
     /// The overlay of `set_time`. It is not part of the document, and not saved.
     pose: Pose,
@@ -157,18 +156,7 @@ impl Live {
         let backend = args.backend.map(|_| loaded(&mut derived)).transpose()?;
         let cursor = scene.change_log().cursor();
         let (pose, player) = (Pose::default(), AnimationPlayer::new(max_bytes));
-        Ok(Self {
-            scene,
-            session,
-            derived,
-            backend,
-            options,
-            cursor,
-            pose,
-            player,
-            warnings: Vec::new(),
-            verify: args.verify,
-        })
+        Ok(Self { scene, session, derived, backend, cursor, pose, player, warnings: Vec::new(), verify: args.verify })
     }
 
     /// One line of the script; its line of the report.
@@ -214,16 +202,11 @@ impl Live {
     }
 
     /// Takes an operation back that leads to what cannot be shown (geometry that cannot be decoded, more than fits into the
-    /// memory), and derives anew what a sync has left half-way. O(scene).
+    /// memory). The sync after one that failed derives everything anew. O(scene).
     fn take_back(&mut self, operation: &Operation, pose: Option<Pose>) -> Result<(), Failure> {
         let internal = |what: String| Failure::new(Exit::Internal, what);
         self.session.take_back(&mut self.scene, operation).map_err(|e| internal(e.to_string()))?;
         self.pose = pose.unwrap_or_else(|| std::mem::take(&mut self.pose));
-        self.derived = DerivedScene::derive(&self.scene, &self.options).map_err(|e| internal(e.to_string()))?;
-        if let Some(backend) = &mut self.backend {
-            *backend = loaded(&mut self.derived)?;
-        }
-        self.cursor = self.scene.change_log().cursor();
         match self.sync() {
             Ok(_) => Ok(()),
             Err(Stopped::Failed(failure)) => Err(failure),
@@ -233,31 +216,13 @@ impl Live {
 
     fn sync(&mut self) -> Result<SyncReport, Stopped> {
         let internal = |what: String| Stopped::Failed(Failure::new(Exit::Internal, what));
-        let Some(changes) = self.scene.change_log().take(&mut self.cursor) else { return self.derive_anew() };
-        let (batch, report) =
-            self.derived.sync(&self.scene, &self.pose, &changes).map_err(|e| Stopped::Refused(e.to_string()))?;
+        let synced = match self.scene.change_log().take(&mut self.cursor) {
+            Some(changes) => self.derived.sync(&self.scene, &self.pose, &changes),
+            // The operation touched more than the log of changes keeps.
+            None => self.derived.derive_anew(&self.scene, &self.pose),
+        };
+        let (batch, report) = synced.map_err(|e| Stopped::Refused(e.to_string()))?;
         if let Some(backend) = &mut self.backend {
-            backend.apply(batch).map_err(|e| internal(e.to_string()))?;
-        }
-        Ok(report)
-    }
-
-    /// A full derivation, for an operation that touched more than the log of changes keeps.
-    fn derive_anew(&mut self) -> Result<SyncReport, Stopped> {
-        let internal = |what: String| Stopped::Failed(Failure::new(Exit::Internal, what));
-        let options = DeriveOptions { pose: self.pose.clone(), ..self.options.clone() };
-        self.derived = DerivedScene::derive(&self.scene, &options).map_err(|e| Stopped::Refused(e.to_string()))?;
-        let batch = self.derived.load_batch();
-        let mut report = SyncReport::default();
-        report.render_nodes = self.derived.render_nodes.len() as u32;
-        report.instances_written = report.render_nodes;
-        (report.whole, report.primitives_changed, report.tlas) = (true, true, TlasAction::Rebuild);
-        report.materials = self.derived.materials.len() as u32;
-        report.lights = self.derived.lights.len() as u32;
-        report.blas_built = batch.blas_builds.len() as u32;
-        report.upload_bytes = batch.upload_bytes();
-        if let Some(backend) = &mut self.backend {
-            *backend = CpuBackend::new();
             backend.apply(batch).map_err(|e| internal(e.to_string()))?;
         }
         Ok(report)
@@ -326,3 +291,6 @@ impl Live {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

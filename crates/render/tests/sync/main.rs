@@ -9,6 +9,7 @@ mod holes;
 mod named;
 mod oracle;
 mod pose;
+mod recover;
 mod scenes;
 
 use orthant_render::derived::sync::SyncReport;

@@ -13,7 +13,7 @@ pub fn png(color: [u8; 4]) -> Vec<u8> {
 }
 
 /// Two meshes (one of two primitives), materials with textures, lights and an emitter: what the others are made of.
-fn parts(nodes: Value, members: Value) -> Document {
+pub fn parts(nodes: Value, members: Value) -> Document {
     let mut document = Document::new(members);
     document.json["nodes"] = nodes;
     let triangle = document.triangle();

@@ -19,12 +19,13 @@ impl DerivedScene {
     /// holes; [`DerivedScene::free_render_nodes`] says how many are left.
     ///
     /// # Errors
-    /// If the scene was derived without [`crate::DeriveOptions::live`].
+    /// If the scene was derived without [`crate::DeriveOptions::live`], or the last sync failed.
     pub fn close_holes(&mut self, scene: &Scene, max_rows: u32) -> Result<(SceneBatch, SyncReport), DeriveError> {
-        let Some(mut live) = self.live.take() else {
-            let what = "the scene was derived to be shown once, and keeps no account of its rows";
-            return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
-        };
+        if self.live.as_ref().is_some_and(|live| live.has_failed) {
+            let what = "the last sync failed, and its rows may be of neither state";
+            return Err(DeriveError::new("", what, "take the edit back and sync first"));
+        }
+        let Some(mut live) = self.live.take() else { return Err(super::not_live()) };
         let pose = std::mem::take(&mut self.pose);
         let posed = Posed::new(scene, &pose);
         let mut sync = Sync { derived: self, live: &mut live, scene, posed, work: Work::default() };

@@ -15,6 +15,7 @@ mod geometry;
 mod holes;
 mod nodes;
 pub mod oracle;
+mod recover;
 mod registry;
 mod resources;
 mod rows;
@@ -111,6 +112,8 @@ pub(crate) struct Live {
     /// Rows that the backend has.
     resident: Resident,
     revision: u64,
+    /// The last sync failed: rows may be of neither state.
+    has_failed: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -224,8 +227,14 @@ impl Live {
                 textures: count(derived.textures.len()),
             },
             revision: 1,
+            has_failed: false,
         }
     }
+}
+
+fn not_live() -> DeriveError {
+    let what = "the scene was derived to be shown once, and cannot follow edits";
+    DeriveError::new("", what, "derive it with DeriveOptions::live")
 }
 
 impl DerivedScene {
@@ -234,18 +243,20 @@ impl DerivedScene {
     /// batch to the next. A pose that is another costs the nodes on which the two differ and what hangs below them.
     ///
     /// # Errors
-    /// If the scene was derived without [`DeriveOptions::live`], or geometry that is new cannot be decoded. The rows may be
-    /// those of neither state then: derive anew.
+    /// If the scene was derived without [`DeriveOptions::live`], or what is new cannot be decoded or is more than
+    /// [`DeriveOptions::max_bytes`]. The rows may be those of neither state then, and a backend is still at the last batch:
+    /// take the edit back and sync again. The first sync after one that failed derives everything anew, whatever `changes`
+    /// says, and its batch writes all of it.
     pub fn sync(
         &mut self,
         scene: &Scene,
         pose: &Pose,
         changes: &ChangeSet,
     ) -> Result<(SceneBatch, SyncReport), DeriveError> {
-        let Some(mut live) = self.live.take() else {
-            let what = "the scene was derived to be shown once, and cannot follow edits";
-            return Err(DeriveError::new("", what, "derive it with DeriveOptions::live"));
-        };
+        if self.live.as_ref().is_some_and(|live| live.has_failed) {
+            return self.derive_anew(scene, pose);
+        }
+        let Some(mut live) = self.live.take() else { return Err(not_live()) };
         let mut all = Cow::Borrowed(changes);
         if self.pose != *pose {
             all.to_mut().merge(&self.pose.difference(pose, scene));
@@ -253,9 +264,8 @@ impl DerivedScene {
         }
         let posed = Posed::new(scene, pose);
         let result = Sync { derived: self, live: &mut live, scene, posed, work: Work::default() }.run(&all);
-        if result.is_ok() {
-            self.live = Some(live);
-        }
+        live.has_failed = result.is_err();
+        self.live = Some(live);
         result
     }
 

@@ -24,20 +24,10 @@ impl DerivedScene {
     /// # Errors
     /// The first difference: the object and the field.
     pub fn check(&self, scene: &Scene) -> Result<(), String> {
-        let asked_variant = self.live.as_ref().and_then(|live| live.asked_variant);
-        let images = self.live.as_ref().is_some_and(|live| live.images);
-        let options = DeriveOptions {
-            scene: self.asked_scene,
-            variant: asked_variant,
-            images,
-            live: true,
-            pose: self.pose.clone(),
-            ..DeriveOptions::default()
-        };
+        let Some(live) = &self.live else { return Err("it was not derived to follow edits".to_owned()) };
+        let options = DeriveOptions { max_bytes: u64::MAX, ..live.options(self.asked_scene, &self.pose) };
         let fresh = DerivedScene::derive(scene, &options).map_err(|error| format!("it cannot be derived: {error}"))?;
-        let (Some(live), Some(fresh_live)) = (&self.live, &fresh.live) else {
-            return Err("it was not derived to follow edits".to_owned());
-        };
+        let Some(fresh_live) = &fresh.live else { return Err("it was not derived to follow edits".to_owned()) };
         let mut emitting = vec![false; fresh.primitives.len()];
         for row in fresh.render_nodes.iter().filter(|row| row.emitter != NONE) {
             emitting[row.primitive as usize] = true;

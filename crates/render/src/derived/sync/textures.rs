@@ -38,6 +38,11 @@ impl TextureTable {
         table
     }
 
+    /// Slots of the image table that have been given away.
+    pub fn images(&self) -> u32 {
+        self.images
+    }
+
     fn note_mean(&mut self, row: &MaterialRow, mean: Vec3) {
         if row.emissive_texture.texture != NONE {
             self.means.insert(row.emissive_texture.texture, mean);
