@@ -206,12 +206,14 @@ pub enum VariantReference {
 }
 
 impl Operation {
-    /// Parses a line of a script.
+    /// Parses a line of a script. A byte-order mark before it, which some editors write at the start of a file, is skipped.
     ///
     /// # Errors
     /// What is wrong with it.
     pub fn parse(line: &str) -> Result<Self, EditError> {
-        serde_json::from_str(line).map_err(|error| EditError::value("", error.to_string()))
+        let line = line.strip_prefix('\u{feff}').unwrap_or(line);
+        serde_json::from_str(line)
+            .map_err(|error| EditError::value(member_of(line).unwrap_or_default(), error.to_string()))
     }
 
     /// The name of the operation.
@@ -514,12 +516,15 @@ fn find_variant(scene: &Scene, reference: &VariantReference) -> Result<VariantId
         VariantReference::Name(name) => scene.variants.iter().find(|(_, v)| v.name == *name).map(|(id, _)| id),
     };
     found.ok_or_else(|| {
+        if scene.variants.is_empty() {
+            return EditError::value("/variant", "the document has no variants; null selects none");
+        }
         let names: Vec<&str> = scene.variants.values().map(|variant| variant.name.as_str()).collect();
         EditError::value("/variant", format!("there is no such variant; there are: {}", names.join(", ")))
     })
 }
 
-/// A transform with some of its parts set. A matrix that gets a translation is decomposed first.
+/// A transform with some of its parts set: the others stay as they are. A matrix is decomposed if it has to give some.
 fn transform(
     now: Transform,
     translation: Option<[f64; 3]>,
@@ -527,19 +532,49 @@ fn transform(
     scale: Option<[f64; 3]>,
     matrix: Option<[f64; 16]>,
 ) -> Result<Transform, EditError> {
-    let parts = translation.is_some() || rotation.is_some() || scale.is_some();
-    match (matrix, parts) {
-        (Some(_), true) => Err(EditError::value("/matrix", "give a matrix or its parts, not both")),
-        (Some(matrix), false) => Ok(Transform::Matrix(Box::new(matrix))),
-        (None, false) => Ok(now),
-        (None, true) => {
-            let now = super::ops::decompose(&now.to_affine()).unwrap_or_default();
-            let Transform::Trs { translation: t, rotation: r, scale: s } = now else { return Ok(now) };
-            Ok(Transform::Trs {
-                translation: translation.unwrap_or(t),
-                rotation: rotation.unwrap_or(r),
-                scale: scale.unwrap_or(s),
-            })
+    if let Some(matrix) = matrix {
+        if translation.is_some() || rotation.is_some() || scale.is_some() {
+            return Err(EditError::value("/matrix", "give a matrix or its parts, not both"));
         }
+        return Ok(Transform::Matrix(Box::new(matrix)));
     }
+    match (translation, rotation, scale) {
+        (None, None, None) => return Ok(now),
+        (Some(translation), Some(rotation), Some(scale)) => {
+            return Ok(Transform::Trs { translation, rotation, scale });
+        }
+        _ => {}
+    }
+    let parts = match now {
+        Transform::Trs { .. } => Some(now),
+        Transform::Matrix(_) => super::ops::decompose(&now.to_affine()),
+    };
+    let Some(Transform::Trs { translation: t, rotation: r, scale: s }) = parts else {
+        let what = "it has a matrix that shears, so its other parts cannot be kept; give a whole matrix, or translation, \
+                    rotation and scale together";
+        return Err(EditError::value("/node", what));
+    };
+    Ok(Transform::Trs {
+        translation: translation.unwrap_or(t),
+        rotation: rotation.unwrap_or(r),
+        scale: scale.unwrap_or(s),
+    })
+}
+
+/// The member that a message is about: the one that alone brings it about.
+fn member_of(line: &str) -> Option<String> {
+    let mut members: serde_json::Map<String, Value> = serde_json::from_str(line).ok()?;
+    let fault = |members: serde_json::Map<String, Value>| {
+        serde_json::from_value::<Operation>(members.into()).err().map(|error| error.to_string())
+    };
+    let whole = fault(members.clone())?;
+    let op = members.shift_remove("op")?;
+    if whole.starts_with("unknown field") || whole.starts_with("missing field") || whole.starts_with("unknown variant")
+    {
+        return None;
+    }
+    members.into_iter().find_map(|(key, value)| {
+        let alone = [("op".to_owned(), op.clone()), (key.clone(), value)].into_iter().collect();
+        (fault(alone).as_ref() == Some(&whole)).then(|| format!("/{key}"))
+    })
 }

@@ -50,6 +50,17 @@ pub fn to_primitive(p: &Plan<'_>, material: MaterialId, mesh: MeshId, primitive:
     }
 }
 
+/// Refuses a material for a primitive that is about to be made.
+pub fn to_new(p: &Plan<'_>, material: MaterialId, primitive: &Primitive) -> Result<()> {
+    match lacking(primitive, &sets(p.material(material)?)) {
+        Some(set) => {
+            let what = format!("a texture of it is mapped by TEXCOORD_{set}, which the new shape does not have");
+            Err(EditError::missing(material, what))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Refuses a change of a material after which a primitive that has it lacks what its textures are mapped by, and did not
 /// before. O(its users), if the change needs sets that it did not need.
 pub fn change(p: &mut Plan<'_>, id: MaterialId, new: &Material) -> Result<()> {

@@ -1,11 +1,13 @@
 //! What a node shows, what a primitive is made of, and names.
 
+use super::delete::without_channels;
 use super::{applicable, copy_name};
 use crate::accessor;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{NodeField, Object, Step};
 use crate::model::*;
+use std::collections::BTreeSet;
 
 /// Whether every primitive has joints and weights.
 fn is_skinnable(mesh: &Mesh) -> bool {
@@ -31,8 +33,10 @@ fn has_joints(p: &mut Plan<'_>, skin: SkinId, mesh: MeshId) -> Result<bool> {
 pub fn set_mesh(p: &mut Plan<'_>, node: NodeId, mesh: Option<MeshId>) -> Result<()> {
     let (skin, weights) = p.node(node).map(|n| (n.skin, n.weights.as_ref().map(Vec::len)))?;
     let shape = mesh.map(|mesh| p.mesh(mesh)).transpose()?;
+    let count = |mesh: &Mesh| mesh.primitives.first().map_or(0, |primitive| primitive.targets.len());
+    let shown = p.node(node)?.mesh.map(|mesh| p.mesh(mesh)).transpose()?.map_or(0, count);
     let is_skinnable = shape.is_some_and(is_skinnable);
-    let targets = shape.and_then(|mesh| mesh.primitives.first()).map_or(0, |primitive| primitive.targets.len());
+    let targets = shape.map_or(0, count);
     if let Some(skin) = skin {
         let fits = is_skinnable && mesh.map_or(Ok(false), |mesh| has_joints(p, skin, mesh))?;
         if !fits {
@@ -43,6 +47,30 @@ pub fn set_mesh(p: &mut Plan<'_>, node: NodeId, mesh: Option<MeshId>) -> Result<
         p.set(node, NodeField::Weights(None));
     }
     p.set(node, NodeField::Mesh(mesh));
+    if targets != shown {
+        without_weights(p, node)?;
+    }
+    Ok(())
+}
+
+/// Takes the channels that animate a node's weights out of all animations: they have values for other morph targets.
+fn without_weights(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
+    let animations: BTreeSet<AnimationId> = p
+        .referrers(node)
+        .into_iter()
+        .filter_map(|owner| match owner {
+            AnyId::Animation(animation) => Some(animation),
+            _ => None,
+        })
+        .collect();
+    let goes = |channel: &AnimationChannel| channel.node == Some(node) && channel.path == AnimationPath::Weights;
+    let mut parked = Vec::new();
+    for animation in animations {
+        without_channels(p, animation, &goes, &mut parked)?;
+    }
+    if !parked.is_empty() {
+        p.step(Step::Park(parked));
+    }
     Ok(())
 }
 

@@ -36,8 +36,13 @@ pub fn delete(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
         }
     }
     let mut parked: Vec<AnyId> = nodes.iter().map(|&node| node.into()).collect();
+    let refers = |extra: &Extra| extra.links().iter().any(|link| gone.contains(&link.target));
+    let goes = |channel: &AnimationChannel| {
+        let moves = channel.node.is_some_and(|node| gone.contains(&node.into()));
+        moves || refers(&channel.target_extra) || refers(&channel.extra)
+    };
     for &animation in &mend.animations {
-        without_channels(p, animation, &gone, &mut parked)?;
+        without_channels(p, animation, &goes, &mut parked)?;
     }
     for &skin in &mend.skins {
         joints::without(p, skin, &gone, &mut parked)?;
@@ -73,15 +78,15 @@ fn drop_carried(p: &mut Plan<'_>, parked: &[AnyId]) {
     document.map(Step::DocumentExtra).into_iter().chain(asset.map(Step::AssetExtra)).for_each(|step| p.step(step));
 }
 
-/// Takes the channels that move nodes that go out of an animation, and the samplers that only they had. An animation
-/// without channels goes (glTF 2.0 asks for one at least). O(channels), to find them; what is kept for the undo is what goes.
-fn without_channels(p: &mut Plan<'_>, id: AnimationId, gone: &HashSet<AnyId>, parked: &mut Vec<AnyId>) -> Result<()> {
+/// Takes channels out of an animation, and the samplers that only they had. An animation without channels goes (glTF 2.0
+/// asks for one at least). O(channels), to find them; what is kept for the undo is what goes.
+pub fn without_channels(
+    p: &mut Plan<'_>,
+    id: AnimationId,
+    goes: &dyn Fn(&AnimationChannel) -> bool,
+    parked: &mut Vec<AnyId>,
+) -> Result<()> {
     let animation = p.animation(id)?;
-    let refers = |extra: &Extra| extra.links().iter().any(|link| gone.contains(&link.target));
-    let goes = |channel: &AnimationChannel| {
-        let moves = channel.node.is_some_and(|node| gone.contains(&node.into()));
-        moves || refers(&channel.target_extra) || refers(&channel.extra)
-    };
     let mut used = vec![false; animation.samplers.len()];
     let mut orphaned = Vec::new();
     let mut channels = Vec::new();
@@ -96,6 +101,9 @@ fn without_channels(p: &mut Plan<'_>, id: AnimationId, gone: &HashSet<AnyId>, pa
     let is_empty = channels.len() == animation.channels.len();
     let looked_at = animation.channels.len() as u64;
     p.visited += looked_at;
+    if channels.is_empty() {
+        return Ok(());
+    }
     if is_empty {
         if let Some(&owner) = p.referrers(id).first() {
             return Err(EditError::Unmendable { owner, target: id.into() });

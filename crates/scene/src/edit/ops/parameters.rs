@@ -5,7 +5,7 @@ use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::Object;
 use crate::export;
-use crate::import::{Place, gltf};
+use crate::import::{Place, Warning, gltf};
 use crate::model::*;
 use crate::place::At;
 use crate::visit::{VisitorMut, visit_mut};
@@ -39,9 +39,10 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
     }
     let text = export::gltf::object_text(p.scene, id).map_err(|fault| EditError::missing(id, fault.to_string()))?;
     let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
+    let before = value.clone();
     merge_patch(&mut value, patch);
     bounds::check(id.kind(), &value, patch, "/set")?;
-    let object = object(p, id.kind(), &value, "/set")?;
+    let object = object(p, id.kind(), &value, "/set", Some((&before, patch)))?;
     if let (AnyId::Material(id), Parsed::Material(new)) = (id, &object) {
         applicable::change(p, id, new)?;
     }
@@ -59,7 +60,7 @@ pub fn add_light(p: &mut Plan<'_>, parent: Option<NodeId>, light: &Value) -> Res
         return Err(EditError::value("/light", "it must be a light of KHR_lights_punctual"));
     }
     bounds::check(Kind::Light, light, light, "/light")?;
-    let Parsed::Light(light) = object(p, Kind::Light, light, "/light")? else {
+    let Parsed::Light(light) = object(p, Kind::Light, light, "/light", None)? else {
         return Err(EditError::value("/light", "it is no light"));
     };
     let name = light.name.clone();
@@ -69,6 +70,17 @@ pub fn add_light(p: &mut Plan<'_>, parent: Option<NodeId>, light: &Value) -> Res
     p.attach_last(node, parent)
 }
 
+/// Whether a patch gives a value to the member at a pointer, or to one that it is in.
+fn sets(patch: &Value, pointer: &str) -> bool {
+    let mut at = patch;
+    for key in pointer.split('/').skip(1) {
+        let Value::Object(members) = at else { return true };
+        let Some(member) = members.get(key) else { return false };
+        at = member;
+    }
+    !at.is_object()
+}
+
 enum Parsed {
     Material(Box<Material>),
     Light(Light),
@@ -76,8 +88,9 @@ enum Parsed {
 }
 
 /// An object from its JSON, checked as an import would check it, but that nothing is let pass: a warning there is a
-/// refusal here. `base` is where the JSON is in the edit.
-fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str) -> Result<Parsed> {
+/// refusal here. `base` is where the JSON is in the edit. `change` is what it was before, and the patch: what there was a
+/// warning about already, and is not named by the patch, is let pass.
+fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str, change: Option<(&Value, &Value)>) -> Result<Parsed> {
     let prefix = format!("{}/0", kind.array());
     let pointer = |place: &Place| match place {
         Place::Pointer(pointer) => format!("{base}{}", pointer.strip_prefix(&*prefix).unwrap_or(pointer)),
@@ -87,7 +100,18 @@ fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str) -> Result<Par
     let bound = |kind: Kind| p.scene.slot_bound(kind);
     let (mut scene, warnings) = gltf::convert_object(kind, &text, &bound)
         .map_err(|(place, fault)| EditError::value(pointer(&place), fault.to_string()))?;
-    if let Some(warning) = warnings.first() {
+    let mut before = Vec::new();
+    if let Some((old, _)) = change.filter(|_| !warnings.is_empty())
+        && let Ok((_, warnings)) = gltf::convert_object(kind, &old.to_string(), &bound)
+    {
+        before = warnings.iter().map(|warning| (pointer(&warning.place), warning.kind.to_string())).collect();
+    }
+    let is_old = |warning: &&Warning| {
+        let found = (pointer(&warning.place), warning.kind.to_string());
+        let at = found.0.strip_prefix(base).unwrap_or_default();
+        before.contains(&found) && change.is_some_and(|(_, patch)| !sets(patch, at))
+    };
+    if let Some(warning) = warnings.iter().find(|warning| !is_old(warning)) {
         return Err(EditError::value(pointer(&warning.place), warning.kind.to_string()));
     }
     let mut resolve = Resolve { real: p.scene, stale: None };

@@ -1,5 +1,6 @@
 //! Simple geometry, made here.
 
+use super::applicable;
 use super::joints::add_accessor;
 use crate::edit::plan::{Plan, Result};
 use crate::model::*;
@@ -131,6 +132,9 @@ pub fn add(p: &mut Plan<'_>, shape: Shape, parent: Option<NodeId>, material: Opt
         variants: Vec::new(),
         extra: Extra::default(),
     };
+    if let Some(material) = material {
+        applicable::to_new(p, material, &primitive)?;
+    }
     let name = Some(shape.name().to_owned());
     let mesh = p.add_mesh(Mesh { name: name.clone(), primitives: vec![primitive], ..Mesh::default() });
     let node = p.add_node(Node { name, mesh: Some(mesh), ..Node::default() });

@@ -70,7 +70,7 @@ fn every_kind_of_edit_is_undone_exactly() {
         json!({"op": "delete", "node": 0}),
         json!({"op": "delete", "node": 2}),
         json!({"op": "duplicate", "node": 0}),
-        json!({"op": "reparent", "node": 2, "parent": null, "index": 0, "keep_world": true}),
+        json!({"op": "reparent", "node": 3, "parent": null, "index": 0, "keep_world": true}),
         json!({"op": "reparent", "node": 4, "parent": 2}),
         json!({"op": "rename", "material": 0, "name": "other"}),
         json!({"op": "rename", "node": 0, "name": null}),

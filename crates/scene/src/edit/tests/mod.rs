@@ -6,6 +6,8 @@ mod foreign;
 mod identity;
 mod meaning;
 mod scenes;
+mod transforms;
+mod valid;
 
 use super::script::{Operation, Session};
 use super::*;
