@@ -517,7 +517,7 @@ fn find_variant(scene: &Scene, reference: &VariantReference) -> Result<VariantId
     };
     found.ok_or_else(|| {
         if scene.variants.is_empty() {
-            return EditError::value("/variant", "the document has no variants; null selects none");
+            return EditError::value("/variant", "there is no such variant: the document has none; null selects none");
         }
         let names: Vec<&str> = scene.variants.values().map(|variant| variant.name.as_str()).collect();
         EditError::value("/variant", format!("there is no such variant; there are: {}", names.join(", ")))

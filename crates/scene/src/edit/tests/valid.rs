@@ -128,5 +128,5 @@ fn a_byte_order_mark_is_skipped() {
 fn a_document_without_variants_says_so() {
     let mut scene = scenes::deep(2);
     let error = run(&mut session(), &mut scene, json!({"op": "select_variant", "variant": "red"})).unwrap_err();
-    assert_eq!(error.to_string(), "/variant: the document has no variants; null selects none");
+    assert_eq!(error.to_string(), "/variant: there is no such variant: the document has none; null selects none");
 }
