@@ -186,19 +186,10 @@ fn a_batch_that_changes_a_light_is_seen_by_the_next_frame() {
     let mut brighter = light(LightKind::Point);
     brighter.color = [30.0; 3];
     let edit = SceneBatch {
-        expected_revision: 1,
-        new_revision: 2,
-        positions: RowWrites::none(whole.positions.len),
-        vertices: RowWrites::none(whole.vertices.len),
-        indices: RowWrites::none(whole.indices.len),
-        mesh_descs: RowWrites::none(whole.mesh_descs.len),
-        blas_builds: vec![],
-        materials: RowWrites::none(whole.materials.len),
-        render_nodes: RowWrites::none(whole.render_nodes.len),
         // One light becomes three times as bright, and a second one is added beside it.
         lights: RowWrites::whole(vec![brighter, light(LightKind::Point)]),
         tlas: TlasAction::None,
-        ..whole
+        ..unchanged(&whole, 1)
     };
     backend.apply(edit).unwrap();
     assert_close(mean(&render(&mut backend, at_origin(64))).x, 4.0 * before, 5e-3, "brighter");

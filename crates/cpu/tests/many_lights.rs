@@ -128,20 +128,10 @@ fn moved_lamps_are_sampled_where_they_are() {
     let whole = lamps().batch();
     let moved = lamps().transformed(DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0))).batch();
     let edit = SceneBatch {
-        expected_revision: 1,
-        new_revision: 2,
-        positions: RowWrites::none(whole.positions.len),
-        vertices: RowWrites::none(whole.vertices.len),
-        indices: RowWrites::none(whole.indices.len),
-        mesh_descs: RowWrites::none(whole.mesh_descs.len),
-        blas_builds: vec![],
-        materials: RowWrites::none(whole.materials.len),
-        emitter_triangles: RowWrites::none(whole.emitter_triangles.len),
-        emitters: RowWrites::none(whole.emitters.len),
         render_nodes: moved.render_nodes.clone(),
         scene_radius: moved.scene_radius,
         tlas: TlasAction::Rebuild,
-        ..lamps().batch()
+        ..unchanged(&whole, 1)
     };
     let mut edited = lamps().backend(Environment::none());
     edited.apply(edit).unwrap();
@@ -162,20 +152,9 @@ fn a_few_moved_lamps_among_many_light_the_room_as_if_they_had_been_there() {
     for (step, node) in (2..62).step_by(7).enumerate() {
         rows[node] = after[node];
         let mut edit = SceneBatch {
-            expected_revision: 1 + step as u64,
-            new_revision: 2 + step as u64,
-            positions: RowWrites::none(whole.positions.len),
-            vertices: RowWrites::none(whole.vertices.len),
-            indices: RowWrites::none(whole.indices.len),
-            mesh_descs: RowWrites::none(whole.mesh_descs.len),
-            blas_builds: vec![],
-            materials: RowWrites::none(whole.materials.len),
-            emitter_triangles: RowWrites::none(whole.emitter_triangles.len),
-            emitters: RowWrites::none(whole.emitters.len),
-            render_nodes: RowWrites::none(whole.render_nodes.len),
             tlas: TlasAction::Update,
             scene_radius: scene_radius(&rows, &whole.mesh_descs.ranges[0].rows),
-            ..lamps().batch()
+            ..unchanged(&whole, 1 + step as u64)
         };
         edit.render_nodes.ranges = vec![RowRange { first: node as u32, rows: vec![rows[node]] }];
         edited.apply(edit).unwrap();

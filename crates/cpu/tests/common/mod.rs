@@ -342,3 +342,21 @@ pub fn mean(film: &Film) -> Vec3 {
 pub fn assert_close(value: f32, expected: f32, tolerance: f32, what: &str) {
     assert!((value / expected - 1.0).abs() <= tolerance, "{what}: {value}, expected {expected}");
 }
+
+/// A batch on a scene of which `whole` loaded everything: it goes from a revision to the next and writes nothing.
+pub fn unchanged(whole: &SceneBatch, revision: u64) -> SceneBatch {
+    SceneBatch {
+        expected_revision: revision,
+        new_revision: revision + 1,
+        positions: RowWrites::none(whole.positions.len),
+        vertices: RowWrites::none(whole.vertices.len),
+        indices: RowWrites::none(whole.indices.len),
+        mesh_descs: RowWrites::none(whole.mesh_descs.len),
+        blas_builds: vec![],
+        materials: RowWrites::none(whole.materials.len),
+        emitter_triangles: RowWrites::none(whole.emitter_triangles.len),
+        emitters: RowWrites::none(whole.emitters.len),
+        render_nodes: RowWrites::none(whole.render_nodes.len),
+        ..whole.clone()
+    }
+}
