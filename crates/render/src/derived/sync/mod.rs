@@ -40,8 +40,9 @@ use orthant_scene::animation::{Pose, Posed};
 use orthant_scene::edit::ChangeSet;
 use orthant_scene::model::{NodeId, SceneId, VariantId};
 use registry::Registry;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::BTreeSet;
 use textures::TextureTable;
 
 /// Room for rows to come that arrays of a scene keep which is edited.
@@ -103,7 +104,7 @@ pub(crate) struct Live {
     stamps: Vec<u32>,
     stamp: u32,
     /// The pose of each node that deforms its mesh, as it is resident.
-    poses: HashMap<NodeId, SkinPose>,
+    poses: FxHashMap<NodeId, SkinPose>,
     free_lights: Vec<u32>,
     free_emitters: Vec<u32>,
     tlas: TlasState,
@@ -144,12 +145,12 @@ struct Resident {
 #[derive(Default)]
 struct Work {
     /// Nodes whose place, transform, visibility or content may have changed.
-    nodes: HashSet<NodeId>,
+    nodes: FxHashSet<NodeId>,
     /// Those of them that hang elsewhere now.
-    placed: HashSet<NodeId>,
+    placed: FxHashSet<NodeId>,
     /// Nodes whose rows are to be made anew, in the order in which they were reached.
     refill: Vec<NodeId>,
-    queued: HashSet<NodeId>,
+    queued: FxHashSet<NodeId>,
     /// Nodes whose geometry is deformed by what has moved.
     poses: BTreeSet<NodeId>,
     /// Render nodes whose emission may have changed.
@@ -188,6 +189,7 @@ impl Live {
     ) -> Self {
         let count = |rows: usize| rows as u32;
         let posed = Posed::new(scene, &options.pose);
+        let tlas = TlasState::built(TlasPolicy::default(), &derived.render_nodes, &derived.mesh_descs);
         Self {
             shown: nodes::shown_scene(scene, options.scene),
             asked_variant: options.variant,
@@ -215,8 +217,8 @@ impl Live {
                 .collect(),
             free_lights: Vec::new(),
             free_emitters: Vec::new(),
-            tlas: TlasState::built(TlasPolicy::default(), &derived.render_nodes, &derived.mesh_descs),
-            extent: SceneExtent::new(&derived.render_nodes, &derived.mesh_descs),
+            extent: SceneExtent::new(derived.render_nodes.len(), |row| tlas.extent(row)),
+            tlas,
             dirty: Dirty::default(),
             resident: Resident {
                 render_nodes: count(derived.render_nodes.len()),
@@ -326,7 +328,8 @@ impl Sync<'_> {
         let mut blas_frees = std::mem::take(&mut dirty.blas_frees);
         blas_frees.retain(|slot| blas_builds.binary_search(slot).is_err());
         report.primitives_changed = !dirty.mesh_descs.is_empty() || !blas_builds.is_empty() || !blas_frees.is_empty();
-        live.extent.update(dirty.render_nodes.marked(), &derived.render_nodes, &derived.mesh_descs);
+        let rows = derived.render_nodes.len();
+        live.extent.update(dirty.render_nodes.marked(), rows, |row| live.tlas.extent(row));
         let resident = live.resident;
         let tlas = live.tlas.take();
         let batch = SceneBatch {

@@ -8,7 +8,7 @@ use orthant_scene::Scene;
 use orthant_scene::edit::{ChangeSet, Facets};
 use orthant_scene::model::{AnyId, NodeId, SceneId, Store};
 use orthant_scene::visit::Owner;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// The scene that is shown: the one that is asked for, else the default one, else the first.
 pub fn shown_scene(scene: &Scene, asked: Option<SceneId>) -> Option<SceneId> {
@@ -54,10 +54,11 @@ impl Sync<'_> {
 
         // Each of the others under the nearest one above it that was touched too.
         live.sort_unstable();
-        let mut below: HashMap<NodeId, Vec<NodeId>> = HashMap::new();
+        let mut below: FxHashMap<NodeId, Vec<NodeId>> = FxHashMap::default();
         let mut order = Vec::with_capacity(live.len());
+        let is_alone = self.work.nodes.len() == 1;
         for &id in &live {
-            let mut above = self.scene.nodes()[id].parent;
+            let mut above = self.scene.nodes()[id].parent.filter(|_| !is_alone);
             while let Some(at) = above {
                 self.work.visited += 1;
                 if self.work.nodes.contains(&at) {

@@ -5,6 +5,7 @@ use crate::geometry::RenderPrimitive;
 use orthant_resident::rows::NONE;
 use orthant_scene::Scene;
 use orthant_scene::model::{AccessorId, Attributes, MeshId, NodeId, Primitive, PrimitiveMode, Store};
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 /// What makes two primitives the same geometry.
@@ -67,7 +68,7 @@ pub struct Registry {
     free: Vec<u32>,
     /// By mesh slot: the mesh that is in it, and its uses.
     meshes: Vec<(MeshId, Vec<MeshUse>)>,
-    deformed: HashMap<NodeId, Deformed>,
+    deformed: FxHashMap<NodeId, Deformed>,
 }
 
 impl Registry {

@@ -1,8 +1,10 @@
 //! When a TLAS is updated and when it is built anew.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use orthant_resident::batch::TlasAction;
+use orthant_resident::extent::Extent;
 use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
+use orthant_resident::slot_tree::Join;
 
 /// How much updates may degrade a TLAS before it is built anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,39 +22,12 @@ impl Default for TlasPolicy {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Box3 {
-    lower: Vec3,
-    upper: Vec3,
-}
-
-impl Box3 {
-    const EMPTY: Self = Self { lower: Vec3::INFINITY, upper: Vec3::NEG_INFINITY };
-
-    fn of(row: &RenderNodeRow, descs: &[MeshDesc]) -> Self {
-        const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
-        let Some(desc) = descs.get(row.primitive as usize).filter(|_| row.flags & SEEN == SEEN) else {
-            return Self::EMPTY;
-        };
-        let (lower, upper) = (Vec3::from_array(desc.bounds_min), Vec3::from_array(desc.bounds_max));
-        (0..8).fold(Self::EMPTY, |b, corner| {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { lower[axis] } else { upper[axis] };
-            let p = row.world.transform_point(Vec3::new(pick(0), pick(1), pick(2)));
-            Self { lower: b.lower.min(p), upper: b.upper.max(p) }
-        })
-    }
-
-    fn union(self, other: Self) -> Self {
-        Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
-    }
-
-    /// Half the area, as a multiple of 2^-40 square metres. Sums of integers are exact: what an instance brought goes
-    /// with it, however large it was. A box that is not made of numbers, which no ray hits, has none.
-    fn area(self) -> i128 {
-        let d = (self.upper - self.lower).as_dvec3();
-        let area = if d.cmplt(DVec3::ZERO).any() { 0.0 } else { d.x * d.y + d.y * d.z + d.z * d.x };
-        (area.min(LARGEST_AREA) * UNITS) as i128
-    }
+/// Half the area of a box, as a multiple of 2^-40 square metres. Sums of integers are exact: what an instance brought goes
+/// with it, however large it was.
+fn area(of: Extent) -> i128 {
+    let d = (of.upper - of.lower).as_dvec3();
+    let area = if d.cmplt(DVec3::ZERO).any() { 0.0 } else { d.x * d.y + d.y * d.z + d.z * d.x };
+    (area.min(LARGEST_AREA) * UNITS) as i128
 }
 
 const UNITS: f64 = (1u64 << 40) as f64;
@@ -63,8 +38,8 @@ const LARGEST_AREA: f64 = (1u64 << 50) as f64;
 #[derive(Clone, Copy, Debug)]
 struct Instance {
     /// Its box at the last build, if `build` is the last one; else that is `now`.
-    built: Box3,
-    now: Box3,
+    built: Extent,
+    now: Extent,
     build: u32,
 }
 
@@ -90,12 +65,12 @@ impl TlasState {
     /// As after a build over all rows.
     pub fn built(policy: TlasPolicy, rows: &[RenderNodeRow], descs: &[MeshDesc]) -> Self {
         let instance = |row: &RenderNodeRow| {
-            let now = Box3::of(row, descs);
+            let now = Extent::of_instance(row, descs);
             Instance { built: now, now, build: 0 }
         };
         let mut instances = Vec::with_capacity(rows.len() + super::slack(rows.len()));
         instances.extend(rows.iter().map(instance));
-        let area = instances.iter().map(|instance: &Instance| instance.now.area()).sum();
+        let area = instances.iter().map(|instance: &Instance| area(instance.now)).sum();
         Self { policy, instances, built_area: area, grown_area: area, area, ..Self::default() }
     }
 
@@ -111,13 +86,13 @@ impl TlasState {
         } else {
             return;
         }
-        self.set_box(index, Box3::of(new, descs));
+        self.set_box(index, Extent::of_instance(new, descs));
     }
 
     /// Notes that a row may be what it was, and the geometry in its primitive's slot is another. O(1).
     pub fn reshaped(&mut self, index: u32, row: &RenderNodeRow, descs: &[MeshDesc]) {
         self.moved = true;
-        self.set_box(index, Box3::of(row, descs));
+        self.set_box(index, Extent::of_instance(row, descs));
     }
 
     /// Notes that the geometry of instances has changed in its place: their boxes are others.
@@ -125,18 +100,23 @@ impl TlasState {
         self.moved = true;
     }
 
-    fn set_box(&mut self, index: u32, now: Box3) {
+    fn set_box(&mut self, index: u32, now: Extent) {
         if index as usize >= self.instances.len() {
-            let none = Instance { built: Box3::EMPTY, now: Box3::EMPTY, build: self.build };
+            let none = Instance { built: Extent::NOTHING, now: Extent::NOTHING, build: self.build };
             self.instances.resize(index as usize + 1, none);
         }
         let instance = &mut self.instances[index as usize];
         if instance.build != self.build {
             (instance.built, instance.build) = (instance.now, self.build);
         }
-        self.grown_area += instance.built.union(now).area() - instance.built.union(instance.now).area();
-        self.area += now.area() - instance.now.area();
+        self.grown_area += area(instance.built.join(now)) - area(instance.built.join(instance.now));
+        self.area += area(now) - area(instance.now);
         instance.now = now;
+    }
+
+    /// The box of a row's instance.
+    pub fn extent(&self, row: usize) -> Extent {
+        self.instances.get(row).map_or(Extent::NOTHING, |instance| instance.now)
     }
 
     /// What the TLAS needs now. After a build, whatever asked for it, counting begins anew. O(1).

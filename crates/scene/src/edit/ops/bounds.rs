@@ -5,6 +5,7 @@ use crate::edit::EditError;
 use crate::model::Kind;
 use serde_json::Value;
 use std::f64::consts::FRAC_PI_2;
+use std::fmt::{Display, Write};
 
 /// What a number may be.
 #[derive(Clone, Copy)]
@@ -120,24 +121,14 @@ impl Bound {
 /// # Errors
 /// The first number that is out of its bounds, with its JSON pointer.
 pub fn check(kind: Kind, value: &Value, patch: &Value, base: &str) -> Result<(), EditError> {
-    representable(patch, base)?;
     let bounds = match kind {
         Kind::Material => MATERIAL,
         Kind::Light => LIGHT,
         Kind::Camera => CAMERA,
-        _ => return Ok(()),
+        _ => &[],
     };
+    Patch { bounds, base, path: String::new() }.numbers(patch, value)?;
     let is_set = |pointer: &str| patch.pointer(pointer).is_some();
-    for &(pointer, bound) in bounds.iter().filter(|(pointer, _)| is_set(pointer)) {
-        let outside = |v: &Value| v.as_f64().is_some_and(|v| !bound.has(v));
-        let Some(found) = value.pointer(pointer) else { continue };
-        if outside(found) {
-            return Err(EditError::value(format!("{base}{pointer}"), bound.says()));
-        }
-        if let Some(i) = found.as_array().and_then(|list| list.iter().position(outside)) {
-            return Err(EditError::value(format!("{base}{pointer}/{i}"), bound.says()));
-        }
-    }
     for &(of, (less, less_default), (more, more_default)) in ORDERED {
         if of != kind || !(is_set(less) || is_set(more)) {
             continue;
@@ -156,14 +147,49 @@ pub fn check(kind: Kind, value: &Value, patch: &Value, base: &str) -> Result<(),
     Ok(())
 }
 
-/// Renderers take numbers of 32 bits.
-fn representable(value: &Value, at: &str) -> Result<(), EditError> {
-    match value {
-        Value::Number(number) if number.as_f64().is_some_and(|v| !(v as f32).is_finite()) => {
-            Err(EditError::value(at, "the number is too large; at most 3.4e38 can be used"))
+/// A walk over what a patch sets: the patch is short, the table of what could be set is not.
+struct Patch<'b> {
+    bounds: &'b [(&'b str, Bound)],
+    base: &'b str,
+    /// JSON pointer into the object.
+    path: String,
+}
+
+impl Patch<'_> {
+    /// `value` is what the object has, with the patch in it, where the patch has `patch`.
+    fn numbers(&mut self, patch: &Value, value: &Value) -> Result<(), EditError> {
+        if let Some(&(_, bound)) = self.bounds.iter().find(|(pointer, _)| *pointer == self.path) {
+            let outside = |v: &Value| v.as_f64().is_some_and(|v| !bound.has(v));
+            if outside(value) {
+                return Err(self.refused("", bound.says()));
+            }
+            if let Some(i) = value.as_array().and_then(|list| list.iter().position(outside)) {
+                return Err(self.refused(&format!("/{i}"), bound.says()));
+            }
         }
-        Value::Array(list) => list.iter().enumerate().try_for_each(|(i, v)| representable(v, &format!("{at}/{i}"))),
-        Value::Object(members) => members.iter().try_for_each(|(key, v)| representable(v, &format!("{at}/{key}"))),
-        _ => Ok(()),
+        match patch {
+            // Renderers take numbers of 32 bits.
+            Value::Number(number) if number.as_f64().is_some_and(|v| !(v as f32).is_finite()) => {
+                Err(self.refused("", "the number is too large; at most 3.4e38 can be used".to_owned()))
+            }
+            Value::Array(list) => list.iter().enumerate().try_for_each(|(i, v)| self.member(i, v, &Value::Null)),
+            Value::Object(members) => {
+                members.iter().try_for_each(|(key, v)| self.member(key, v, value.get(key).unwrap_or(&Value::Null)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn member(&mut self, key: impl Display, patch: &Value, value: &Value) -> Result<(), EditError> {
+        let length = self.path.len();
+        // A string takes everything.
+        let _ = write!(self.path, "/{key}");
+        self.numbers(patch, value)?;
+        self.path.truncate(length);
+        Ok(())
+    }
+
+    fn refused(&self, below: &str, what: String) -> EditError {
+        EditError::value(format!("{}{}{below}", self.base, self.path), what)
     }
 }

@@ -39,10 +39,9 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
     }
     let text = export::gltf::object_text(p.scene, id).map_err(|fault| EditError::missing(id, fault.to_string()))?;
     let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
-    let before = value.clone();
     merge_patch(&mut value, patch);
     bounds::check(id.kind(), &value, patch, "/set")?;
-    let object = object(p, id.kind(), &value, "/set", Some((&before, patch)))?;
+    let object = object(p, id.kind(), &value, "/set", Some((&text, patch)))?;
     if let (AnyId::Material(id), Parsed::Material(new)) = (id, &object) {
         applicable::change(p, id, new)?;
     }
@@ -88,9 +87,9 @@ enum Parsed {
 }
 
 /// An object from its JSON, checked as an import would check it, but that nothing is let pass: a warning there is a
-/// refusal here. `base` is where the JSON is in the edit. `change` is what it was before, and the patch: what there was a
+/// refusal here. `base` is where the JSON is in the edit. `change` is the JSON text of what it was before, and the patch: what there was a
 /// warning about already, and is not named by the patch, is let pass.
-fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str, change: Option<(&Value, &Value)>) -> Result<Parsed> {
+fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str, change: Option<(&[u8], &Value)>) -> Result<Parsed> {
     let prefix = format!("{}/0", kind.array());
     let pointer = |place: &Place| match place {
         Place::Pointer(pointer) => format!("{base}{}", pointer.strip_prefix(&*prefix).unwrap_or(pointer)),
@@ -102,7 +101,8 @@ fn object(p: &mut Plan<'_>, kind: Kind, value: &Value, base: &str, change: Optio
         .map_err(|(place, fault)| EditError::value(pointer(&place), fault.to_string()))?;
     let mut before = Vec::new();
     if let Some((old, _)) = change.filter(|_| !warnings.is_empty())
-        && let Ok((_, warnings)) = gltf::convert_object(kind, &old.to_string(), &bound)
+        && let Ok(old) = std::str::from_utf8(old)
+        && let Ok((_, warnings)) = gltf::convert_object(kind, old, &bound)
     {
         before = warnings.iter().map(|warning| (pointer(&warning.place), warning.kind.to_string())).collect();
     }
