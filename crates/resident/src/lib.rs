@@ -10,6 +10,7 @@
 //! * [`tonemap`]: from radiance to what a display shows;
 //! * [`spans`]: which parts of a buffer are in use; [`slot_tree`]: one value over all rows of a buffer;
 //! * [`extent`]: the radius of a scene;
+//! * [`compare`]: whether what is resident is what was derived;
 //! * [`backend`]: the [`Backend`] trait.
 //!
 //! Nothing here knows of glTF. Coordinates are right-handed with Y up, in metres, relative to the origin of the
@@ -18,6 +19,7 @@
 pub mod backend;
 pub mod batch;
 pub mod camera;
+pub mod compare;
 pub mod energy;
 pub mod environment;
 pub mod extent;

@@ -14,6 +14,7 @@ use crate::trace::{self, Hit, Ray};
 use glam::Vec3;
 use orthant_resident::backend::{ApplyReport, BackendError, ResidentBytes};
 use orthant_resident::batch::{RowWrites, SceneBatch, TextureRow};
+use orthant_resident::compare::Rows;
 use orthant_resident::image::ImageData;
 use orthant_resident::rows::{
     EmitterRow, EmitterTriangle, LightRow, Mat3x4, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow, VertexRow,
@@ -198,6 +199,18 @@ impl ResidentScene {
     /// What is wrong, and where.
     pub fn validate(&self) -> Result<(), String> {
         self.tlas.validate(&self.render_nodes, &self.blas)
+    }
+
+    /// The rows that are resident, to be compared.
+    pub fn rows(&self) -> Rows<'_> {
+        Rows {
+            mesh_descs: &self.mesh_descs,
+            textures: &self.textures,
+            materials: &self.materials,
+            lights: &self.lights,
+            emitters: &self.emitters,
+            render_nodes: &self.render_nodes,
+        }
     }
 
     /// The nearest hit between `t_min` and `t_max`, both exclusive.

@@ -24,6 +24,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use hierarchy::{DerivedNode, Hierarchy};
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{ImageWrite, RowWrites, TextureRow, TlasAction};
+use orthant_resident::compare::Rows;
 use orthant_resident::extent::scene_radius;
 use orthant_resident::rows::{EmitterRow, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow};
 use orthant_scene::Scene;
@@ -195,6 +196,18 @@ impl DerivedScene {
             render_nodes: RowWrites::whole(with_slack(&self.render_nodes, self.live.is_some())),
             tlas: TlasAction::Rebuild,
             scene_radius: scene_radius(&self.render_nodes, &self.mesh_descs),
+        }
+    }
+
+    /// The rows, to be compared with what is resident.
+    pub fn rows(&self) -> Rows<'_> {
+        Rows {
+            mesh_descs: &self.mesh_descs,
+            textures: &self.textures,
+            materials: &self.materials,
+            lights: &self.lights,
+            emitters: &self.emitters,
+            render_nodes: &self.render_nodes,
         }
     }
 

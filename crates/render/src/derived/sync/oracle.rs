@@ -24,15 +24,31 @@ impl DerivedScene {
     /// # Errors
     /// The first difference: the object and the field.
     pub fn check(&self, scene: &Scene) -> Result<(), String> {
+        self.check_against(scene, &self.fresh(scene)?)
+    }
+
+    /// A full derivation of the document as it is now, under the pose that this scene shows.
+    ///
+    /// # Errors
+    /// Why it cannot be derived.
+    pub fn fresh(&self, scene: &Scene) -> Result<Self, String> {
         let Some(live) = &self.live else { return Err("it was not derived to follow edits".to_owned()) };
         let options = DeriveOptions { max_bytes: u64::MAX, ..live.options(self.asked_scene, &self.pose) };
-        let fresh = DerivedScene::derive(scene, &options).map_err(|error| format!("it cannot be derived: {error}"))?;
+        Self::derive(scene, &options).map_err(|error| format!("it cannot be derived: {error}"))
+    }
+
+    /// [`DerivedScene::check`] against what [`DerivedScene::fresh`] has made.
+    ///
+    /// # Errors
+    /// The first difference: the object and the field.
+    pub fn check_against(&self, scene: &Scene, fresh: &Self) -> Result<(), String> {
+        let Some(live) = &self.live else { return Err("it was not derived to follow edits".to_owned()) };
         let Some(fresh_live) = &fresh.live else { return Err("it was not derived to follow edits".to_owned()) };
         let mut emitting = vec![false; fresh.primitives.len()];
         for row in fresh.render_nodes.iter().filter(|row| row.emitter != NONE) {
             emitting[row.primitive as usize] = true;
         }
-        let check = Check { scene, synced: self, fresh: &fresh, live, fresh_live, emitting };
+        let check = Check { scene, synced: self, fresh, live, fresh_live, emitting };
         check.nodes()?;
         check.holes()?;
         check.materials()?;
