@@ -8,6 +8,7 @@
 //! * [`metrics`]: how far two pictures are apart;
 //! * [`share`]: parts of a rendering, and how they are put together;
 //! * [`job`]: what a command does with a scene before and after the backend;
+//! * [`live`]: a scene with all that follows its edits, and how that is compared;
 //! * [`bench`]: figures, measured beside peers;
 //! * [`machine`]: memory and threads.
 
@@ -18,6 +19,7 @@ pub mod failure;
 pub mod generate;
 pub mod image_io;
 pub mod job;
+pub mod live;
 pub mod machine;
 pub mod metrics;
 pub mod output;

@@ -10,10 +10,8 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
-mod follow;
-mod geometry;
+mod finding;
 mod minimise;
-mod rays;
 #[path = "../../../render/tests/sync/scenes.rs"]
 mod scenes;
 mod sequence;
@@ -184,19 +182,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 fn report(args: &Args, source: &Source, seed: u64, finding: Finding) -> Result<Failure, Failure> {
     println!("{}: seed {seed}: after {} operations: {}", source.name, finding.script.len(), finding.what);
     let path = args.findings.join(format!("{}-{seed}.jsonl", source.name));
-    let lines = |script: &[_]| -> String {
-        script.iter().map(|op| serde_json::to_string(op).map_or_else(|e| e.to_string(), |l| l + "\n")).collect()
-    };
-    // The whole one first: making it shorter takes a while.
-    write(&path, lines(&finding.script).as_bytes())?;
-    let (script, what) = minimise::minimise(source, finding);
-    write(&path, lines(&script).as_bytes())?;
-    println!("{} operations lead to it: {what}", script.len());
-    let replay = format!(
-        "orthant edit {} --ops {} --verify --keep-going{}",
-        source.path.display(),
-        path.display(),
-        if source.with_backend { " --backend cpu" } else { "" }
-    );
-    Ok(Failure::new(Exit::CheckFailed, what).remedy(format!("replay it with: {replay}")))
+    let replay = finding::keep(source, &path, finding).map_err(|e| Failure::io(&path, "write the file", &e))?;
+    println!("{} operations lead to it: {}", replay.operations, replay.what);
+    Ok(Failure::new(Exit::CheckFailed, replay.what).remedy(format!("replay it with: {}", replay.command)))
 }

@@ -1,7 +1,6 @@
 //! Shorter scripts that fail as well: by leaving out halves, then quarters, and so on (delta debugging: Zeller and
 //! Hildebrandt, Simplifying and isolating failure-inducing input, 2002).
 
-use crate::follow::Follower;
 use crate::sequence::{Finding, Source, guarded};
 use orthant_scene::edit::script::Operation;
 use std::time::{Duration, Instant};
@@ -17,6 +16,16 @@ pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
         script.truncate(length);
         what = earlier;
     }
+    shorten(script, what, |shorter| failure(source, shorter, false))
+}
+
+/// Leaves out what is not needed for a failure of the same kind. `fails` says after how many operations a script fails, and with
+/// what.
+pub fn shorten(
+    mut script: Vec<Operation>,
+    mut what: String,
+    mut fails: impl FnMut(&[Operation]) -> Option<(usize, String)>,
+) -> (Vec<Operation>, String) {
     let wanted = kind(&what);
     let start = Instant::now();
     let mut size = script.len().div_ceil(2);
@@ -25,7 +34,7 @@ pub fn minimise(source: &Source, finding: Finding) -> (Vec<Operation>, String) {
         while first < script.len() && start.elapsed() < LIMIT {
             let end = (first + size).min(script.len());
             let shorter: Vec<Operation> = [&script[..first], &script[end..]].concat();
-            match failure(source, &shorter, false) {
+            match fails(&shorter) {
                 Some((length, now)) if kind(&now) == wanted => {
                     script = shorter;
                     script.truncate(length);
@@ -51,17 +60,15 @@ fn kind(what: &str) -> String {
 pub fn failure(source: &Source, script: &[Operation], after_each: bool) -> Option<(usize, String)> {
     let mut done = 0;
     let result = guarded(|| {
-        let mut follower = Follower::new(&source.scene, source.with_backend)?;
+        let mut live = source.live()?;
         for operation in script {
             done += 1;
-            follower.step(operation)?;
+            crate::sequence::step(&mut live, operation)?;
             if after_each {
-                follower.check()?;
-                follower.check_rays(done as u64)?;
+                live.check(done as u64)?;
             }
         }
-        follower.check()?;
-        (0..4).try_for_each(|seed| follower.check_rays(seed).map(|_| ()))
+        (0..4).try_for_each(|seed| live.check(seed).map(|_| ()))
     });
     result.err().map(|what| (done, what))
 }

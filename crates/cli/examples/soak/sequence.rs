@@ -1,12 +1,13 @@
 //! One random sequence.
 
-use crate::follow::Follower;
 use orthant::failure::Failure;
+use orthant::live::{Live, Stopped};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
 use orthant_scene::edit::random::{Choice, Choices, operation, time};
-use orthant_scene::edit::script::Operation;
+use orthant_scene::edit::script::{Operation, Session};
 use orthant_scene::export::{ExportOptions, Images, gltf::to_glb};
+use orthant_scene::import::ImportOptions;
 use orthant_scene::model::Kind;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,8 +15,6 @@ use std::path::{Path, PathBuf};
 
 /// Rows that one full derivation may make for each edit; a larger scene is compared less often.
 const ROWS_PER_EDIT: usize = 2_000;
-/// Comparisons between two comparisons of rays.
-const CHECKS_PER_RAYS: usize = 16;
 
 /// A scene, and how it is checked.
 pub struct Source {
@@ -45,6 +44,16 @@ impl Source {
         let every = every.unwrap_or(rows.div_ceil(ROWS_PER_EDIT)).max(1);
         let most_nodes = (2 * scene.count(Kind::Node)).max(200);
         Ok(Self { name, path, scene, with_backend, merged, every, most_nodes })
+    }
+
+    /// The scene as it was loaded, with all that follows it.
+    pub fn live(&self) -> Result<Live, String> {
+        // Encoded images are decoded by every full derivation: in the scenes of the tests they are small.
+        let images = self.scene.images().values();
+        let encoded: usize = images.map(|image| image.data.as_ref().map_or(0, |data| data.len())).sum();
+        let options = DeriveOptions { images: encoded < 1 << 16, ..DeriveOptions::default() };
+        let session = Session::new(Path::new("."), ImportOptions::default());
+        Live::new(self.scene.clone(), session, options, self.with_backend).map_err(|failure| failure.to_string())
     }
 
     /// The operation of a choice: random, but that a scene which has become large shrinks, and an empty one grows.
@@ -135,27 +144,38 @@ fn drive(
     script: &mut Vec<Operation>,
     tally: &mut Tally,
 ) -> Result<(), String> {
-    let mut follower = Follower::new(&source.scene, source.with_backend)?;
+    let mut live = source.live()?;
     for (i, choice) in Choices(seed.wrapping_mul(0x9e37_79b9)).take(edits).enumerate() {
-        let operation = source.operation(&follower.scene, choice);
+        let operation = source.operation(&live.scene, choice);
         script.push(operation.clone());
         tally.edits += 1;
-        if !follower.step(&operation)? {
+        if !step(&mut live, &operation)? {
             tally.refused += 1;
         }
         if i % source.every == 0 || i + 1 == edits {
-            follower.check()?;
+            tally.rays += live.check(seed ^ i as u64)?;
             tally.checks += 1;
-            if tally.checks.is_multiple_of(CHECKS_PER_RAYS as u64) {
-                tally.rays += follower.check_rays(seed ^ i as u64)?;
-            }
         }
     }
     if let Some(folder) = export {
         let path = folder.join(format!("{}-{seed}.glb", source.name));
-        std::fs::write(&path, glb(&follower.scene)?).map_err(|e| format!("{}: {e}", path.display()))?;
+        std::fs::write(&path, glb(&live.scene)?).map_err(|e| format!("{}: {e}", path.display()))?;
     }
-    undo_all(source, &mut follower, script)
+    undo_all(source, &mut live, script)
+}
+
+/// One operation, followed. `false` if it was refused.
+pub fn step(live: &mut Live, operation: &Operation) -> Result<bool, String> {
+    match live.edit(operation) {
+        Ok(()) => {}
+        Err(Stopped::Refused(_)) => return Ok(false),
+        Err(Stopped::Failed(failure)) => return Err(failure.to_string()),
+    }
+    match live.follow() {
+        Ok(_) => Ok(true),
+        Err(Stopped::Refused(what)) => Err(format!("sync: {what}")),
+        Err(Stopped::Failed(failure)) => Err(failure.to_string()),
+    }
 }
 
 fn glb(scene: &Scene) -> Result<Vec<u8>, String> {
@@ -166,13 +186,14 @@ fn glb(scene: &Scene) -> Result<Vec<u8>, String> {
 }
 
 /// Takes everything back that the history holds. If it holds all, the scene is the one that was loaded.
-fn undo_all(source: &Source, follower: &mut Follower, script: &mut Vec<Operation>) -> Result<(), String> {
-    let is_whole = follower.session.history.forgotten() == 0;
-    let undo = Operation::Undo { count: follower.session.history.done().len() };
+fn undo_all(source: &Source, live: &mut Live, script: &mut Vec<Operation>) -> Result<(), String> {
+    let is_whole = live.session.history.forgotten() == 0;
+    let undo = Operation::Undo { count: live.session.history.done().len() };
     script.push(undo.clone());
-    follower.step(&undo)?;
-    follower.check()?;
-    if is_whole && glb(&follower.scene)? != glb(&source.scene)? {
+    step(live, &undo)?;
+    live.check(0)?;
+    live.finish().map_err(|failure| failure.to_string())?;
+    if is_whole && glb(&live.scene)? != glb(&source.scene)? {
         return Err("undo of everything is not the scene that was loaded".to_owned());
     }
     Ok(())

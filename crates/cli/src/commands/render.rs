@@ -61,7 +61,8 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     backend.set_environment(environment.clone()).map_err(backend_failure)?;
     let upload = upload.elapsed();
     if args.validate {
-        validate::validate(&loaded.derived, backend.scene())?;
+        let failed = |what| Failure::new(Exit::CheckFailed, format!("--validate: {what}"));
+        validate::validate(&loaded.derived, backend.scene()).map_err(failed)?;
     }
 
     let mut work = Work { backend: &mut backend, progress: Progress::new(common.quiet), spent: Spent::default() };

@@ -14,7 +14,11 @@ const TOLERANCE: f64 = 1e-4;
 /// What was derived, and what is resident of it.
 pub type Side<'s> = (&'s DerivedScene, &'s ResidentScene);
 
-/// Compares hits; slots are numbered differently on both sides, nodes and triangles are not. Gives how many rays hit.
+/// Compares the hits of rays that `seed` chooses; slots are numbered differently on both sides, nodes and triangles are not.
+/// Gives how many rays hit.
+///
+/// # Errors
+/// The first ray that hits something else.
 pub fn compare(synced: Side<'_>, fresh: Side<'_>, seed: u64) -> Result<u64, String> {
     let visible = |row: &&orthant_resident::rows::RenderNodeRow| row.flags & NodeFlags::VISIBLE != 0;
     let targets: Vec<usize> = (0..fresh.1.render_nodes.len()).filter(|&i| visible(&&fresh.1.render_nodes[i])).collect();

@@ -60,7 +60,7 @@ fn data(third_index: u8) -> Vec<u8> {
     bytes
 }
 
-fn live(folder: &Path) -> Live {
+fn editor(folder: &Path) -> Editor {
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("a file");
     write("scene.gltf", scene().to_string().as_bytes());
     write("data.bin", &data(2));
@@ -72,7 +72,7 @@ fn live(folder: &Path) -> Live {
     let line = ["orthant", "edit", path, "--ops", "none", "--verify", "--backend", "cpu"];
     let Command::Edit(args) = Cli::parse_from(line).command else { panic!("it is `edit`") };
     let session = Session::new(folder, ImportOptions::default());
-    Live::new(imported.scene, &args, session, 1 << 30).unwrap_or_else(|failure| panic!("{failure}"))
+    Editor::new(imported.scene, &args, session, 1 << 30).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 /// Everything that may not change: exported bytes, the rows of the derived scene, what is resident.
@@ -80,16 +80,19 @@ fn live(folder: &Path) -> Live {
 struct State(Vec<(&'static str, Vec<u8>)>);
 
 impl State {
-    fn of(live: &Live, folder: &Path) -> Self {
+    fn of(editor: &Editor, folder: &Path) -> Self {
         let path = folder.join("state.glb");
-        export_path(&live.scene, &path, &ExportOptions::default()).expect("exported");
-        let derived = &live.derived;
-        let resident: &ResidentScene = live.backend.as_ref().expect("there is one").scene();
+        export_path(&editor.live.scene, &path, &ExportOptions::default()).expect("exported");
+        let derived = &editor.live.derived;
+        let resident: &ResidentScene = editor.live.backend.as_ref().expect("there is one").scene();
         let blas: Vec<u8> = resident.blas.iter().map(|blas| blas.is_some().into()).collect();
         let bytes = |name, bytes: &[u8]| (name, bytes.to_vec());
         Self(vec![
             ("the document", std::fs::read(&path).expect("the file")),
-            ("the history", format!("{} {:?}", live.session.history.done().len(), live.pose).into_bytes()),
+            (
+                "the history",
+                format!("{} {:?}", editor.live.session.history.done().len(), editor.live.pose).into_bytes(),
+            ),
             ("the hierarchy", format!("{:?}", derived.hierarchy.nodes).into_bytes()),
             bytes("render nodes", bytemuck::cast_slice(&derived.render_nodes)),
             bytes("owners", bytemuck::cast_slice(&derived.owners)),
@@ -186,23 +189,23 @@ const REFUSED: [(&str, &str); 53] = [
     (r#"{"op": "delete""#, "EOF"),
 ];
 
-fn refuse(live: &mut Live, line: &str, word: &str) {
-    match live.line(line) {
+fn refuse(editor: &mut Editor, line: &str, word: &str) {
+    match editor.line(line) {
         Err(Stopped::Refused(what)) => assert!(what.contains(word), "{line}: no {word:?} in {what:?}"),
         Err(Stopped::Failed(failure)) => panic!("{line}: {failure}"),
         Ok(entry) => panic!("{line} is not refused: {entry}"),
     }
-    live.check().unwrap_or_else(|failure| panic!("{line}: {failure}"));
+    editor.check().unwrap_or_else(|failure| panic!("{line}: {failure}"));
 }
 
 #[test]
 fn what_is_refused_leaves_scene_derived_state_and_resident_state_as_they_were() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut live = live(folder.path());
-    let before = State::of(&live, folder.path());
+    let mut editor = editor(folder.path());
+    let before = State::of(&editor, folder.path());
     for (line, word) in REFUSED {
-        refuse(&mut live, line, word);
-        before.assert_is(&State::of(&live, folder.path()), line);
+        refuse(&mut editor, line, word);
+        before.assert_is(&State::of(&editor, folder.path()), line);
     }
     // The parser names every operation that there is.
     let error = Operation::parse(r#"{"op": "?"}"#).expect_err("there is no such operation").to_string();
@@ -217,17 +220,17 @@ fn what_is_refused_leaves_scene_derived_state_and_resident_state_as_they_were() 
 #[test]
 fn what_is_refused_after_other_edits_leaves_what_they_led_to() {
     let folder = tempfile::tempdir().expect("a folder");
-    let mut live = live(folder.path());
+    let mut editor = editor(folder.path());
     for line in [
         r#"{"op": "duplicate", "node": 0, "as": "copy"}"#,
         r#"{"op": "delete", "node": 1}"#,
         r#"{"op": "set_visible", "node": "$copy", "visible": false}"#,
         r#"{"op": "set_time", "seconds": 0.5}"#,
     ] {
-        live.line(line).unwrap_or_else(|_| panic!("{line} is refused"));
+        editor.line(line).unwrap_or_else(|_| panic!("{line} is refused"));
     }
-    let document = |live: &Live| State::of(live, folder.path()).0.swap_remove(0).1;
-    let before = document(&live);
+    let document = |editor: &Editor| State::of(editor, folder.path()).0.swap_remove(0).1;
+    let before = document(&editor);
     for (line, word) in [
         (
             r#"{"op": "set_visible", "node": 1, "visible": true}"#,
@@ -236,8 +239,8 @@ fn what_is_refused_after_other_edits_leaves_what_they_led_to() {
         (r#"{"op": "merge_scene", "path": "broken.gltf", "as": "copy"}"#, "vertex index 7"),
         (r#"{"op": "redo"}"#, "cannot redo"),
     ] {
-        refuse(&mut live, line, word);
-        assert!(document(&live) == before, "{line}");
+        refuse(&mut editor, line, word);
+        assert!(document(&editor) == before, "{line}");
     }
     // Label, history and pose are those of before: all of it can be taken back.
     for line in [
@@ -245,6 +248,6 @@ fn what_is_refused_after_other_edits_leaves_what_they_led_to() {
         r#"{"op": "undo", "count": 4}"#,
         r#"{"op": "set_time", "seconds": 0, "animation": null}"#,
     ] {
-        live.line(line).unwrap_or_else(|_| panic!("{line} is refused"));
+        editor.line(line).unwrap_or_else(|_| panic!("{line} is refused"));
     }
 }
