@@ -68,6 +68,13 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
         }
     }
 
+    /// Asks for what lies some places behind a node. Builders put the first child of a node right behind it, so that these are
+    /// what is below, and come before it is known that they are needed.
+    #[inline(always)]
+    pub(crate) fn prefetch_behind(&self, node: u32, places: u32) {
+        self.prefetch(Child(node.wrapping_add(places)));
+    }
+
     /// Takes a free slot, or the end. Freed slots are used again last in, first out. The node has no children yet: they are
     /// written where they are to lie, since a node that is put together elsewhere and copied at once stalls the processor.
     #[inline(always)]
@@ -120,14 +127,16 @@ impl<S: Scalar, const N: usize> Arena<S, N> {
         &mut self.nodes[id as usize]
     }
 
-    /// Enters every node into the next batch; no slot is free.
-    pub(crate) fn write_all(&mut self) {
+    /// All nodes, to change every record: they go into the next batch. No slot is free.
+    pub(crate) fn rewrite(&mut self) -> &mut [Node<S, N>] {
         debug_assert!(self.free.is_empty());
         let count = self.nodes.len() as u32;
-        if !self.log.is_empty() {
-            return (self.all_below..count).for_each(|id| self.note(id, 0));
+        if self.log.is_empty() {
+            self.all_below = count;
+        } else {
+            (self.all_below..count).for_each(|id| self.note(id, 0));
         }
-        self.all_below = count;
+        &mut self.nodes
     }
 
     #[inline(always)]
@@ -206,7 +215,7 @@ mod tests {
     #[test]
     fn writing_all_leaves_room_in_the_log_for_nodes_to_come() {
         let mut arena = arena_with(70);
-        arena.write_all();
+        arena.rewrite();
         arena.write(69);
         assert_eq!(arena.alloc(NONE), 70);
         let mut writes = NodeWrites::default();

@@ -69,6 +69,12 @@ impl Child {
         self.0 & LEAF == 0
     }
 
+    /// The item that a leaf carries; of no meaning for what is no leaf.
+    #[inline(always)]
+    pub(crate) const fn item_bits(self) -> u32 {
+        self.0 & !LEAF
+    }
+
     /// What this leads to.
     #[inline(always)]
     pub const fn kind(self) -> ChildKind {

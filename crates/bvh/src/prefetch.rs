@@ -15,6 +15,11 @@ pub(crate) fn prefetch<T>(value: &T) {
             // SAFETY: the address lies within `value`, and a prefetch of any address neither faults nor writes.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line)) };
         }
+        if align_of::<T>() < 64 && size_of::<T>() > 1 {
+            // It may end in a line more than its size has.
+            // SAFETY: as above.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(size_of::<T>() - 1)) };
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = value;

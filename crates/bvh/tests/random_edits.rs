@@ -191,7 +191,7 @@ impl<S: Coordinate, const N: usize> Run<S, N> {
             Op::Rebuild(choice) => self.bvh.rebuild(builder(*choice)),
             Op::Search(choice) => self.bvh.set_sibling_search(match choice % 3 {
                 0 => SiblingSearch::fast(),
-                1 => SiblingSearch { visits: 4, least_gain_percent: 10 },
+                1 => SiblingSearch { visits: 4, least_gain_percent: 10, least_gain_aside_percent: 10 },
                 _ => SiblingSearch::exhaustive(),
             }),
             Op::Clear => {

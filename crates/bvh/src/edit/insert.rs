@@ -5,11 +5,13 @@
 //! Bounding Volume Hierarchies", Computer Graphics Forum 2013, section 3.1. The search goes depth first into the child with
 //! the lower bound, so that a good place is known early.
 
+use core::hint::select_unpredictable;
+
 use crate::aabb::Aabb;
 use crate::edit::ascend::Rotations;
 use crate::error::BvhError;
 use crate::node::{Child, NONE, NodeId};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{Real, Scalar, lesser};
 use crate::tree::{Bvh, MAX_DEPTH};
 
 /// How the sibling of what comes in is looked for.
@@ -21,19 +23,22 @@ use crate::tree::{Bvh, MAX_DEPTH};
 pub struct SiblingSearch {
     /// The most nodes read.
     pub visits: u32,
-    /// A subtree is looked into if its best place could be better than the best one known by more than this, in per cent.
+    /// The way down goes on while the best place below could be better than the best one known by more than this, in per cent.
     pub least_gain_percent: u8,
+    /// Another subtree than the one that looks best is looked into if its best place could be better than the best one known
+    /// by more than this, in per cent.
+    pub least_gain_aside_percent: u8,
 }
 
 impl SiblingSearch {
     /// Within a per cent of the best place where boxes overlap little, in two thirds of the time.
     pub const fn fast() -> Self {
-        Self { visits: 256, least_gain_percent: 60 }
+        Self { visits: 256, least_gain_percent: 50, least_gain_aside_percent: 85 }
     }
 
     /// The best place of all.
     pub const fn exhaustive() -> Self {
-        Self { visits: u32::MAX, least_gain_percent: 0 }
+        Self { visits: u32::MAX, least_gain_percent: 0, least_gain_aside_percent: 0 }
     }
 }
 
@@ -43,6 +48,9 @@ pub(crate) enum Site {
     Root,
     Beside(u32, usize),
 }
+
+/// The search has found no place yet but beside everything.
+const NO_PLACE: u32 = u32::MAX;
 
 /// What a search looks below: a node, and what all that is put below it costs at least (the growth of the nodes above).
 #[derive(Clone, Copy)]
@@ -88,26 +96,71 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
 
     /// The best place for a box, looked for from the subtree of `start` outwards. If `start` is not the root, then all nodes
     /// above it hold the box, and do not grow.
+    ///
+    /// What is chosen at a node cannot be foreseen, so it is selected, not branched on.
     pub(crate) fn best_site(&mut self, start: u32, bounds: &Aabb<S, N>) -> Site {
         let area = bounds.half_area();
-        let centre = bounds.centre2();
-        let part = S::Real::from_f64(f64::from(100 - self.search.least_gain_percent.min(100)) / 100.0);
+        let part = |percent: u8| S::Real::from_f64(f64::from(100 - percent.min(100)) / 100.0);
+        let (ahead, aside) = (part(self.search.least_gain_percent), part(self.search.least_gain_aside_percent));
+        let limit = self.search.visits;
         let own = self.arena[start].union();
         let union = own.union_half_area(bounds);
         let mut best = if start == self.root { union } else { S::Real::INFINITY };
-        let mut site = Site::Root;
-        // Depth first: at most one node waits for every one above, and one is in hand.
+        // A node, times two, plus the slot beside which the place is.
+        let mut place = NO_PLACE;
+        // Depth first: at most one node waits for every one above.
         let mut stack = [Open { node: NONE, inherited: S::Real::ZERO }; MAX_DEPTH as usize + 1];
-        stack[0] = Open { node: start, inherited: union - own.half_area() };
-        let mut open = 1;
+        let mut open = 0;
+        let (mut pivot, mut node, mut inherited) = (start, start, union - own.half_area());
         let mut visits = 0;
-        let mut pivot = start;
-        while visits < self.search.visits {
-            if open == 0 {
-                // One level up: beside the other child of the node above, and below it.
+        'search: while visits < limit {
+            visits += 1;
+            let n = &self.arena[node];
+            self.arena.prefetch(n.child[0]);
+            self.arena.prefetch(n.child[1]);
+            self.arena.prefetch_behind(node, 2);
+            self.arena.prefetch_behind(n.child[1].0, 1);
+            let mut below = [S::Real::INFINITY; 2];
+            for slot in 0..2 {
+                let union = n.bounds[slot].union_half_area(bounds);
+                let cost = inherited + union;
+                place = select_unpredictable(cost < best, node << 1 | slot as u32, place);
+                best = lesser(cost, best);
+                let grown = inherited + (union - n.bounds[slot].half_area());
+                below[slot] = select_unpredictable(n.child[slot].is_node(), grown, S::Real::INFINITY);
+            }
+            let mut second_is_near = below[1] < below[0];
+            if below[0] == below[1] {
+                // Both hold the box already, most often: the one whose centre is nearer first.
+                second_is_near = second_centre_is_nearer(&n.bounds, bounds);
+            }
+            let child = n.child;
+            let near = select_unpredictable(second_is_near, child[1], child[0]);
+            let far = select_unpredictable(second_is_near, child[0], child[1]);
+            let near_below = select_unpredictable(second_is_near, below[1], below[0]);
+            let far_below = select_unpredictable(second_is_near, below[0], below[1]);
+            let worth = best * aside;
+            if near_below + area < best * ahead {
+                stack[open] = Open { node: far.0, inherited: far_below };
+                open += usize::from(far_below + area < worth);
+                (node, inherited) = (near.0, near_below);
+                self.arena.prefetch_behind(node, 2);
+                self.arena.prefetch_behind(node, 3);
+                continue;
+            }
+            loop {
+                while open > 0 {
+                    open -= 1;
+                    Open { node, inherited } = stack[open];
+                    if inherited + area < worth {
+                        continue 'search;
+                    }
+                }
+                // One level up: beside the other child of the node above, and below it. No place costs less than the new
+                // box has surface.
                 let above = self.arena[pivot].parent;
-                if above == NONE {
-                    break;
+                if above == NONE || visits >= limit || area >= best * aside {
+                    break 'search;
                 }
                 visits += 1;
                 let n = &self.arena[above];
@@ -115,51 +168,17 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 pivot = above;
                 let union = n.bounds[other].union_half_area(bounds);
                 if union < best {
-                    (best, site) = (union, Site::Beside(above, other));
+                    (best, place) = (union, above << 1 | other as u32);
                 }
-                let inherited = union - n.bounds[other].half_area();
-                if n.child[other].is_node() && inherited + area < best * part {
-                    stack[0] = Open { node: n.child[other].0, inherited };
-                    open = 1;
-                }
-                continue;
-            }
-            open -= 1;
-            let Open { node, inherited } = stack[open];
-            // The first node is always looked at, since only the root is a place itself.
-            if visits > 0 && inherited + area >= best * part {
-                continue;
-            }
-            visits += 1;
-            let n = &self.arena[node];
-            self.arena.prefetch(n.child[0]);
-            self.arena.prefetch(n.child[1]);
-            let mut below = [S::Real::INFINITY; 2];
-            for slot in 0..2 {
-                let union = n.bounds[slot].union_half_area(bounds);
-                let cost = inherited + union;
-                if cost < best {
-                    (best, site) = (cost, Site::Beside(node, slot));
-                }
-                if n.child[slot].is_node() {
-                    below[slot] = inherited + (union - n.bounds[slot].half_area());
-                }
-            }
-            let mut near = usize::from(below[1] < below[0]);
-            if below[0] == below[1] && n.child[0].is_node() {
-                // Both hold the box already, most often: the one whose centre is nearer first.
-                let distance = [0, 1].map(|slot| distance2::<S::Real, N>(&n.bounds[slot].centre2(), &centre));
-                near = usize::from(distance[1] < distance[0]);
-            }
-            for slot in [1 - near, near] {
-                if below[slot] + area < best * part {
-                    stack[open] = Open { node: n.child[slot].0, inherited: below[slot] };
-                    open += 1;
+                inherited = union - n.bounds[other].half_area();
+                if n.child[other].is_node() && inherited + area < best * aside {
+                    node = n.child[other].0;
+                    continue 'search;
                 }
             }
         }
         self.counters.visited += u64::from(visits);
-        site
+        if place == NO_PLACE { Site::Root } else { Site::Beside(place >> 1, (place & 1) as usize) }
     }
 
     /// Makes a node over what is at `site` and the given subtree, then carries the change to the root.
@@ -188,6 +207,14 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     }
 }
 
+/// Whether the centre of the second box is nearer to that of `bounds` than the centre of the first.
+#[inline(always)]
+fn second_centre_is_nearer<S: Scalar, const N: usize>(pair: &[Aabb<S, N>; 2], bounds: &Aabb<S, N>) -> bool {
+    let centre = bounds.centre2();
+    distance2::<S::Real, N>(&pair[1].centre2(), &centre) < distance2::<S::Real, N>(&pair[0].centre2(), &centre)
+}
+
+#[inline(always)]
 fn distance2<R: Real, const N: usize>(a: &[R; N], b: &[R; N]) -> R {
     let mut sum = R::ZERO;
     for axis in 0..N {

@@ -5,12 +5,11 @@
 //! Forum 2018, section 3, here with each move applied before the next search, so that no two can conflict.
 
 use core::cmp::Ordering;
-use std::collections::BinaryHeap;
 
 use crate::edit::ascend::Rotations;
 use crate::edit::insert::Site;
-use crate::node::{Child, NONE, NodeId};
-use crate::scalar::{Real, Scalar};
+use crate::node::{Child, ChildKind, NONE, NodeId};
+use crate::scalar::{Real, Scalar, greater};
 use crate::tree::{Bvh, MAX_DEPTH};
 
 /// What an optimisation did.
@@ -22,44 +21,38 @@ pub struct Optimized {
     pub moved: usize,
 }
 
-/// A child, in the order of its surface.
+/// A child: its surface, the node that holds it, and where it leads.
+#[derive(Clone, Copy)]
 struct Candidate<R> {
     area: R,
     node: u32,
     child: Child,
 }
 
-impl<R: Real> Ord for Candidate<R> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // Surfaces are never NaN. Ties in a fixed order, so that runs are the same.
-        let by_area = self.area.partial_cmp(&other.area).unwrap_or(Ordering::Equal);
-        by_area.then(other.node.cmp(&self.node)).then(other.child.0.cmp(&self.child.0))
+impl<R: Real> Candidate<R> {
+    /// Falling surface; surfaces are never NaN. Ties in a fixed order, so that runs are the same.
+    fn order(&self, other: &Self) -> Ordering {
+        let by_area = other.area.partial_cmp(&self.area).unwrap_or(Ordering::Equal);
+        by_area.then(self.node.cmp(&other.node)).then(self.child.0.cmp(&other.child.0))
     }
 }
-
-impl<R: Real> PartialOrd for Candidate<R> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<R: Real> PartialEq for Candidate<R> {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl<R: Real> Eq for Candidate<R> {}
 
 /// The most nodes read in search of one better place.
 const VISITS: u32 = 4096;
+/// How far ahead memory is asked for.
+const AHEAD: usize = 8;
 
 impl<S: Scalar, const N: usize> Bvh<S, N> {
-    /// Looks for better places for at most `budget` subtrees, those with the largest surfaces first. Call it again for more:
+    /// Looks for better places for at most `budget` subtrees, those with the largest surfaces. Call it again for more:
     /// the surfaces have changed then. The cost is proportional to the budget.
     pub fn optimize(&mut self, budget: usize) -> Optimized {
         let mut done = Optimized::default();
-        for (node, child) in self.largest_children(budget) {
+        let mut open = Vec::with_capacity(MAX_DEPTH as usize + 1);
+        let candidates = self.largest_children(budget);
+        for (i, &Candidate { node, child, .. }) in candidates.iter().enumerate() {
+            if let Some(ahead) = candidates.get(i + AHEAD) {
+                self.arena.prefetch(Child(ahead.node));
+            }
             // Moves before this one may have moved the child, or freed the node.
             let n = &self.arena[node];
             let slot = n.slot_of(child);
@@ -67,7 +60,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 continue;
             }
             done.searched += 1;
-            if let Some(site) = self.better_site(node, slot) {
+            if let Some(site) = self.better_site(node, slot, &mut open) {
                 self.reinsert(node, slot, site);
                 done.moved += 1;
             }
@@ -75,29 +68,45 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         done
     }
 
-    /// The children with the largest surfaces, by falling surface: the node that holds each, and the child. A child is never
-    /// larger than its parent, so they are found from the top.
-    fn largest_children(&self, count: usize) -> Vec<(u32, Child)> {
-        let mut found = Vec::with_capacity(count.min(2 * self.node_count()));
-        let mut open = BinaryHeap::new();
-        let offer = |open: &mut BinaryHeap<Candidate<S::Real>>, node: u32| {
-            let n = &self.arena[node];
-            for slot in 0..2 {
-                open.push(Candidate { area: n.bounds[slot].half_area(), node, child: n.child[slot] });
-            }
-        };
-        if self.len > 1 {
-            offer(&mut open, self.root);
+    /// The children with the largest surfaces, those of earlier rounds first. A child is never larger than its parent, so they
+    /// are found from the top: in rounds, each of which goes down to half the largest surface that was left out before.
+    fn largest_children(&self, count: usize) -> Vec<Candidate<S::Real>> {
+        let mut found = Vec::new();
+        if self.len < 2 || count == 0 {
+            return found;
         }
-        while found.len() < count
-            && let Some(Candidate { node, child, .. }) = open.pop()
-        {
-            found.push((node, child));
-            if child.is_node() {
-                offer(&mut open, child.0);
+        let mut left = self.children_of(self.root).to_vec();
+        let mut open = Vec::new();
+        while found.len() < count && !left.is_empty() {
+            let largest = left.iter().fold(S::Real::ZERO, |largest, candidate| greater(candidate.area, largest));
+            let least = largest * S::Real::HALF;
+            left.retain(|candidate| {
+                if candidate.area >= least {
+                    open.push(*candidate);
+                }
+                candidate.area < least
+            });
+            let before = found.len();
+            while let Some(candidate) = open.pop() {
+                found.push(candidate);
+                if let ChildKind::Node(node) = candidate.child.kind() {
+                    for below in self.children_of(node.0) {
+                        self.arena.prefetch(below.child);
+                        if below.area >= least { &mut open } else { &mut left }.push(below);
+                    }
+                }
+            }
+            if found.len() > count {
+                found[before..].select_nth_unstable_by(count - before, Candidate::order);
+                found.truncate(count);
             }
         }
         found
+    }
+
+    fn children_of(&self, node: u32) -> [Candidate<S::Real>; 2] {
+        let n = &self.arena[node];
+        [0, 1].map(|slot| Candidate { area: n.bounds[slot].half_area(), node, child: n.child[slot] })
     }
 
     /// The place where the surface of the tree would be smallest, if that is smaller than now.
@@ -105,15 +114,15 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// Say the child X hangs in P0, beside B, and P1, P2, ... are the nodes above with the other children Q1, Q2, .... If X
     /// goes to somewhere below Qk, then P0 goes, which saves its surface, and every Pi between shrinks to B + Q1 + ... + Qi.
     /// Below Qk every node on the way grows, and the new pair has a surface: that is paid.
-    fn better_site(&mut self, node: u32, slot: usize) -> Option<Site> {
+    ///
+    /// `open` is room for nodes to look below, and what is saved on the way there.
+    fn better_site(&mut self, node: u32, slot: usize, open: &mut Vec<(u32, S::Real)>) -> Option<Site> {
         let n = &self.arena[node];
         let bounds = n.bounds[slot];
         let area = bounds.half_area();
         let (mut best, mut site) = (S::Real::ZERO, None);
         let (mut rest, mut saved) = (n.bounds[1 - slot], n.union().half_area());
         let (mut pivot, mut other) = (node, 1 - slot);
-        // Nodes to look below, and what is saved on the way there.
-        let mut stack: Vec<(u32, S::Real)> = Vec::with_capacity(MAX_DEPTH as usize + 1);
         let mut visits = 0;
         loop {
             visits += 1;
@@ -122,22 +131,31 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
             if pivot != node && saved - pair > best {
                 (best, site) = (saved - pair, Some(Site::Beside(pivot, other)));
             }
+            open.clear();
             if p.child[other].is_node() {
-                stack.push((p.child[other].0, saved - (pair - p.bounds[other].half_area())));
+                open.push((p.child[other].0, saved - (pair - p.bounds[other].half_area())));
             }
-            while let Some((at, saved)) = stack.pop() {
+            while let Some((at, saved)) = open.pop() {
                 if saved - area <= best || visits >= VISITS {
                     continue;
                 }
                 visits += 1;
                 let n = &self.arena[at];
+                self.arena.prefetch(n.child[0]);
+                self.arena.prefetch(n.child[1]);
+                let mut below = [saved; 2];
                 for slot in 0..2 {
                     let pair = n.bounds[slot].union_half_area(&bounds);
                     if saved - pair > best {
                         (best, site) = (saved - pair, Some(Site::Beside(at, slot)));
                     }
-                    if n.child[slot].is_node() {
-                        stack.push((n.child[slot].0, saved - (pair - n.bounds[slot].half_area())));
+                    below[slot] = saved - (pair - n.bounds[slot].half_area());
+                }
+                // The more promising one last, so that it is looked at first.
+                let better = usize::from(below[1] > below[0]);
+                for slot in [1 - better, better] {
+                    if n.child[slot].is_node() && below[slot] - area > best {
+                        open.push((n.child[slot].0, below[slot]));
                     }
                 }
             }

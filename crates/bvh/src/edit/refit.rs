@@ -1,11 +1,16 @@
 //! New boxes for many leaves at once: every node above is mended once.
 
+use core::hint::select_unpredictable;
+
 use crate::aabb::Aabb;
 use crate::error::BvhError;
-use crate::node::{Child, ChildKind, NONE, NodeId};
+use crate::node::{Child, NONE, NodeId};
 use crate::prefetch::prefetch;
 use crate::scalar::Scalar;
 use crate::tree::Bvh;
+
+/// The place of the box of an item that gets none.
+const NO_BOX: u32 = u32::MAX;
 
 /// How far ahead memory is asked for.
 const AHEAD: usize = 16;
@@ -19,55 +24,60 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     /// # Errors
     /// [`BvhError::BadBounds`], [`BvhError::UnknownItem`]; the tree is then unchanged.
     pub fn refit(&mut self, boxes: &[(u32, Aabb<S, N>)]) -> Result<(), BvhError> {
-        for (item, bounds) in boxes {
+        // Whether the boxes are those of the items 0, 1, 2, ....
+        let mut by_item = true;
+        for (at, (item, bounds)) in (0..).zip(boxes) {
             bounds.check(*item)?;
             if !self.contains(*item) {
                 return Err(BvhError::UnknownItem { item: *item });
             }
+            by_item &= *item == at;
         }
-        if self.parents_first && self.len > 1 && boxes.len() >= self.len / 2 {
-            self.sweep(boxes);
-        } else {
+        if !self.parents_first || self.len < 2 || boxes.len() < self.len / 2 {
             self.refit_paths(boxes);
+        } else if by_item {
+            self.sweep(boxes, |item| item);
+        } else {
+            let mut given = vec![NO_BOX; self.places.len()];
+            for (at, &(item, _)) in (0..).zip(boxes) {
+                given[item as usize] = at;
+            }
+            self.sweep(boxes, |item| given.get(item as usize).copied().unwrap_or(NO_BOX));
         }
         Ok(())
     }
 
     /// Children come after their parents, so from the back every child is mended before its parent reads it. New boxes are
-    /// fetched when the sweep comes to their leaves: looked up in a table of 4 bytes an item, which the cache holds longer
-    /// than the nodes that a first pass over the boxes would have to touch.
-    fn sweep(&mut self, boxes: &[(u32, Aabb<S, N>)]) {
-        const NO_BOX: u32 = u32::MAX;
-        self.arena.write_all();
-        let mut given = vec![NO_BOX; self.places.len()];
-        for (at, &(item, _)) in (0..).zip(boxes) {
-            given[item as usize] = at;
-        }
-        let count = self.arena.nodes().len() as u32;
-        for node in (0..count).rev() {
-            if let Some(ahead) = node.checked_sub(AHEAD as u32) {
-                for child in self.arena[ahead].child {
-                    if let ChildKind::Leaf(item) = child.kind()
-                        && let Some(new) = boxes.get(given[item as usize] as usize)
-                    {
-                        prefetch(new);
-                    }
-                }
+    /// fetched when the sweep comes to their leaves; `given` tells where in `boxes` an item's is, if it has one.
+    ///
+    /// Whether a child is a leaf cannot be foreseen, so that is not branched on: a leaf's bounds are the union of its box
+    /// with itself, a node's that of its children's.
+    fn sweep(&mut self, boxes: &[(u32, Aabb<S, N>)], given: impl Fn(u32) -> u32) {
+        let nodes = self.arena.rewrite();
+        for at in (0..nodes.len()).rev() {
+            prefetch(&nodes[at.saturating_sub(4 * AHEAD)]);
+            let ahead = nodes[at.saturating_sub(AHEAD)].child;
+            for slot in 0..2 {
+                let new = select_unpredictable(ahead[slot].is_node(), NO_BOX, given(ahead[slot].item_bits()));
+                prefetch(&boxes[(new as usize).min(boxes.len() - 1)]);
             }
             for slot in 0..2 {
-                let bounds = match self.arena[node].child[slot].kind() {
-                    ChildKind::Node(child) => self.arena[child.0].union(),
-                    ChildKind::Leaf(item) => match boxes.get(given[item as usize] as usize) {
-                        Some(&(_, bounds)) => bounds,
-                        None => continue,
-                    },
-                    ChildKind::Empty => continue,
+                let node = &nodes[at];
+                let child = node.child[slot];
+                let is_node = child.is_node();
+                let leaf = match boxes.get(given(child.item_bits()) as usize) {
+                    Some((_, bounds)) => bounds,
+                    None => &node.bounds[slot],
                 };
-                self.arena.links(node).bounds[slot] = bounds;
+                let below = &nodes[select_unpredictable(is_node, child.0 as usize, at)];
+                let first = select_unpredictable(is_node, &below.bounds[0], leaf);
+                let second = select_unpredictable(is_node, &below.bounds[1], leaf);
+                nodes[at].bounds[slot] = first.union(second);
             }
         }
-        self.counters.visited += u64::from(count);
-        self.counters.written += 2 * u64::from(count);
+        let count = nodes.len() as u64;
+        self.counters.visited += count;
+        self.counters.written += 2 * count;
     }
 
     /// Asks for the node that holds a leaf further on.
