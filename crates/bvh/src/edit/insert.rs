@@ -17,8 +17,8 @@ use crate::tree::{Bvh, MAX_DEPTH};
 /// How the sibling of what comes in is looked for.
 ///
 /// One descent into the better child is not enough: where siblings overlap, several subtrees hold the new box without
-/// growing, and the one whose centre is nearest is often not the one with the right place. Following all of them reads
-/// about as many nodes as one path to the ground, if the search stops early elsewhere.
+/// growing, and the one whose centre is nearest is often not the one with the right place. Following those that promise much
+/// more than the best place known reads two fifths more nodes than one path to the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SiblingSearch {
     /// The most nodes read.
@@ -31,7 +31,7 @@ pub struct SiblingSearch {
 }
 
 impl SiblingSearch {
-    /// Within a per cent of the best place where boxes overlap little, in two thirds of the time.
+    /// Within a per cent of the best place where boxes overlap little, in three fifths of the time.
     pub const fn fast() -> Self {
         Self { visits: 256, least_gain_percent: 50, least_gain_aside_percent: 85 }
     }

@@ -181,3 +181,57 @@ fn enqueue(waiting: &mut Vec<Vec<u32>>, queued: &mut [u64], height: usize, node:
         waiting[height].push(node);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Aabb, Builder, Bvh};
+
+    const COUNT: u32 = 300;
+
+    fn cube(at: u32) -> Aabb<i32, 3> {
+        let at = at.wrapping_mul(2_654_435_761) >> 12;
+        let min = [at & 63, at >> 6 & 63, at >> 12 & 63].map(|c| c as i32);
+        Aabb::new(min, min.map(|c| c + 3))
+    }
+
+    fn fresh() -> Bvh<i32, 3> {
+        let boxes: Vec<_> = (0..COUNT).map(cube).collect();
+        Bvh::build(&boxes, Builder::fast()).expect("good boxes")
+    }
+
+    /// Every listed item has its last box, every other the one it had, and all nodes are as tight as these demand.
+    fn refits(boxes: &[(u32, Aabb<i32, 3>)]) {
+        let mut bvh = fresh();
+        let before: Vec<_> = bvh.nodes().iter().map(|node| node.child).collect();
+        bvh.refit(boxes).expect("items of the tree");
+        bvh.validate().expect("every invariant holds");
+        for item in 0..COUNT {
+            let given = boxes.iter().rev().find(|(of, _)| *of == item).map_or(cube(item), |&(_, bounds)| bounds);
+            assert_eq!(bvh.bounds_of(item), Some(given));
+        }
+        let after: Vec<_> = bvh.nodes().iter().map(|node| node.child).collect();
+        assert_eq!(after, before, "a sweep does not rotate");
+    }
+
+    #[test]
+    fn a_sweep_takes_the_boxes_of_all_items_in_any_order() {
+        let mut boxes: Vec<_> = (0..COUNT).map(|item| (item, cube(item + 1000))).collect();
+        refits(&boxes);
+        boxes.reverse();
+        refits(&boxes);
+    }
+
+    #[test]
+    fn a_sweep_leaves_items_without_a_new_box_as_they_are() {
+        let boxes: Vec<_> = (0..COUNT).map(|item| (item, cube(item + 1000))).collect();
+        refits(&boxes[..200]);
+        refits(&boxes[100..]);
+    }
+
+    #[test]
+    fn of_two_boxes_for_one_item_a_sweep_takes_the_later() {
+        let mut boxes: Vec<_> = (0..COUNT).map(|item| (item, cube(item + 1000))).collect();
+        boxes.extend((0..50).map(|item| (item, cube(item + 2000))));
+        refits(&boxes);
+    }
+}
