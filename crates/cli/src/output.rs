@@ -3,7 +3,49 @@
 use crate::failure::{Exit, Failure};
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// A file of the command line, and what it is there: `-o`, `--stats`, `the scene`.
+pub type Named<'p> = (&'p str, &'p Path);
+
+/// Checks before the work begins what would otherwise be found at its end: that every output has a folder to lie in, and is
+/// no folder, none of `inputs` and no other output. An input that may be written over is left out of `inputs`.
+///
+/// # Errors
+/// The output, and the other file or the folder (usage).
+pub fn check_outputs(outputs: &[Named<'_>], inputs: &[Named<'_>]) -> Result<(), Failure> {
+    for (i, &(name, path)) in outputs.iter().enumerate() {
+        let refuse = |what: String| Err(Failure::usage(format!("{name} {}: {what}", path.display())));
+        let folder = folder(path);
+        if !folder.is_dir() {
+            let is = if folder.exists() { "is no folder" } else { "does not exist" };
+            return refuse(format!("its folder {} {is}: make it, or check the path", folder.display()));
+        }
+        if path.is_dir() {
+            return refuse("is a folder: name a file in it".to_owned());
+        }
+        let identity = identity(path);
+        let is_same = |other: &&Named<'_>| self::identity(other.1) == identity;
+        if let Some((other, there)) = outputs[..i].iter().chain(inputs).find(is_same) {
+            return refuse(format!("is the same file as {other} {}: name another one", there.display()));
+        }
+    }
+    Ok(())
+}
+
+/// What a path leads to, whatever leads there; of a file that is not there yet, by its folder.
+fn identity(path: &Path) -> PathBuf {
+    let of_folder = || Some(std::fs::canonicalize(folder(path)).ok()?.join(path.file_name()?));
+    std::fs::canonicalize(path).ok().or_else(of_folder).unwrap_or_else(|| path.to_owned())
+}
+
+/// The folder in which a file lies.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
 
 /// Writes a file by `fill`. Until everything is on the disk, what was at `path` before stays; on an error, or if the
 /// program is killed, nothing of the new file is ever seen under that name.
@@ -22,10 +64,7 @@ pub fn write_atomically<T>(
         _ => path.to_owned(),
     };
     let path = target.as_path();
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = folder(path);
     if path.is_dir() {
         return Err(Failure::bad_input(path, "is a folder").remedy("name a file"));
     }
@@ -127,6 +166,38 @@ mod tests {
         let failure = write_bytes(&socket, b"x").expect_err("no regular file");
         assert_eq!(failure.exit, Exit::BadInput);
         assert!(!std::fs::symlink_metadata(&socket).expect("socket").is_file());
+    }
+
+    #[test]
+    fn an_output_has_a_folder_and_is_no_input_and_no_other_output() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("in.glb"), "").expect("a file");
+        let check = |outputs: &[&str], inputs: &[&str]| {
+            let paths = |name, files: &[&str]| files.iter().map(|file| (name, at(file))).collect::<Vec<_>>();
+            let (outputs, inputs) = (paths("-o", outputs), paths("the scene", inputs));
+            let outputs: Vec<Named<'_>> = outputs.iter().map(|(name, path)| (*name, path.as_path())).collect();
+            let inputs: Vec<Named<'_>> = inputs.iter().map(|(name, path)| (*name, path.as_path())).collect();
+            check_outputs(&outputs, &inputs)
+        };
+        assert_eq!(check(&["a.png", "b.json"], &["in.glb"]), Ok(()));
+        for (outputs, words) in [
+            (&["a.png", "none/b.json"][..], ["none/b.json", "none does not exist"]),
+            (&["in.glb/b.json"], ["in.glb/b.json", "in.glb is no folder"]),
+            (&["."], ["-o", "is a folder"]),
+            (&["in.glb"], ["-o", "the scene"]),
+            (&["./in.glb"], ["-o", "the scene"]),
+            (&["new.png", "./new.png"], ["./new.png", "same file as -o"]),
+        ] {
+            let failure = check(outputs, &["in.glb"]).expect_err("refused");
+            assert_eq!(failure.exit, Exit::Usage);
+            assert!(words.iter().all(|word| failure.line().contains(word)), "{failure}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(at("in.glb"), at("link.png")).expect("a link");
+            assert!(check(&["link.png"], &["in.glb"]).is_err(), "what a link leads to would be replaced");
+        }
     }
 
     #[test]

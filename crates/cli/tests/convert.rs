@@ -143,8 +143,41 @@ fn wrong_usage_and_bad_input_have_their_codes() {
     fail(&f, &["convert", "none.glb", "out.glb"], 3, &["none.glb", "does not exist"]);
     std::fs::write(f.join("bad.gltf"), r#"{"asset":{"version":"2.0"},"scene":3}"#).expect("write");
     fail(&f, &["convert", "bad.gltf", "out.glb"], 3, &["bad.gltf", "/scene"]);
-    fail(&f, &["convert", "box.glb", "no/such/folder/out.glb"], 3, &["no/such/folder/out.glb", "check the path"]);
+    fail(&f, &["convert", "box.glb", "no/such/folder/out.glb"], 2, &["no/such/folder/out.glb", "check the path"]);
     assert!(!f.join("out.glb").exists());
+}
+
+#[test]
+fn geometry_that_cannot_be_read_leaves_nothing_and_names_the_source() {
+    let folder = tempfile::tempdir().expect("folder");
+    let f = folder.path();
+    // Index 7 leads past the three vertices; the material has a texture, which would be copied into a folder beside.
+    let document = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], "textures": [{"source": 0}],
+        "images": [{"uri": "textures/a.png"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 2}, "indices": 1, "material": 0}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]},
+            {"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"},
+            {"componentType": 5126, "count": 3, "type": "VEC2"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 3}],
+        "buffers": [{"byteLength": 40,
+            "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAEHAA=="}]}"#;
+    std::fs::create_dir_all(f.join("in/textures")).expect("a folder");
+    std::fs::create_dir(f.join("out")).expect("a folder");
+    std::fs::write(f.join("in/textures/a.png"), b"\x89PNG").expect("written");
+    std::fs::write(f.join("in/bad.gltf"), document).expect("written");
+    for target in ["out/new.obj", "out/new.crts"] {
+        fail(f, &["convert", "in/bad.gltf", target], 3, &["in/bad.gltf: /meshes/0/primitives/0", target]);
+        assert_eq!(std::fs::read_dir(f.join("out")).expect("a folder").count(), 0, "{target}");
+    }
+    // With readable geometry all of it is there.
+    std::fs::write(f.join("in/good.gltf"), document.replace("AAEHAA==", "AAECAA==")).expect("written");
+    succeed(f, &["convert", "in/good.gltf", "out/new.obj"]);
+    for file in ["out/new.obj", "out/new.mtl", "out/textures/a.png"] {
+        assert!(f.join(file).is_file(), "{file}");
+    }
+    assert!(String::from_utf8_lossy(&bytes(f, "out/new.mtl")).contains("textures/a.png"));
 }
 
 /// Kills conversions at all stages, over a target that holds one of two scenes of so many nodes.

@@ -183,3 +183,44 @@ fn geometry_that_cannot_be_decoded_refuses_the_operation_and_the_rest_goes_on() 
     succeed(&path, &args("without.glb"));
     assert!(bytes(&path, "with.glb") == bytes(&path, "without.glb"));
 }
+
+#[test]
+fn what_an_edit_brings_that_is_not_shown_is_said_once() {
+    let (_folder, path) = folder_with_box();
+    let points = r#"{"asset": {"version": "2.0", "copyright": "(c) somebody"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"uri": "nowhere.png"}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}]}"#;
+    std::fs::write(path.join("points.gltf"), points).expect("a file");
+    let merge = r#"{"op": "merge_scene", "path": "points.gltf"}"#;
+    script(&path, &[merge, r#"{"op": "undo"}"#, r#"{"op": "redo"}"#, merge]);
+    let output = orthant(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "new.glb", "--verify"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    for words in ["1 primitives have no triangles", "copyright"] {
+        assert_eq!(said.matches(words).count(), 1, "{words}: {said}");
+    }
+    let quiet = orthant(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "new.glb", "--quiet"]);
+    assert!(quiet.stderr.is_empty() && quiet.status.success());
+}
+
+#[test]
+fn a_merged_file_that_claims_more_than_the_limit_is_refused() {
+    let (_folder, path) = folder_with_box();
+    // A thousand million vertices, in a file of a few hundred bytes: without a view they are zeros.
+    let bomb = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"componentType": 5126, "count": 999999999, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}]}"#;
+    std::fs::write(path.join("bomb.gltf"), bomb).expect("a file");
+    script(&path, &[r#"{"op": "merge_scene", "path": "bomb.gltf"}"#, EDITS[0]]);
+    let args = ["edit", "box.glb", "--ops", "ops.jsonl", "-o", "new.glb", "--max-memory", "64MiB"];
+    fail(&path, &args, 3, &["ops.jsonl: line 1"]);
+    assert!(!path.join("new.glb").exists());
+    // Without it the rest goes on as if it had not been there.
+    let going = orthant(&path, &[&args[..], &["--keep-going", "--verify"]].concat());
+    assert_eq!(going.status.code(), Some(0), "{}", String::from_utf8_lossy(&going.stderr));
+    script(&path, &[EDITS[0]]);
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "without.glb"]);
+    assert!(bytes(&path, "new.glb") == bytes(&path, "without.glb"));
+}

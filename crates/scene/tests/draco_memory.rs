@@ -4,55 +4,12 @@
 //! meshes of both methods, with many attributes, seams at every edge and values that compress to nothing, and for the
 //! same data damaged. Everything is one test, so that nothing else allocates meanwhile.
 
-#![allow(unsafe_code, reason = "an allocator that counts")]
+mod counting;
 
 use draco_core::draco_types::DataType;
 use draco_core::geometry_attribute::{GeometryAttributeType, PointAttribute};
 use draco_core::{EncoderBuffer, EncoderOptions, Mesh, MeshEncoder};
 use orthant_scene::codec::draco::{DecodeLimits, DracoFault, Header, decode};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-fn taken(bytes: usize) {
-    PEAK.fetch_max(NOW.fetch_add(bytes, Relaxed) + bytes, Relaxed);
-}
-
-// SAFETY: every call goes to the system's allocator unchanged; counting touches no memory of the caller's.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        taken(layout.size());
-        // SAFETY: as required of the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        taken(layout.size());
-        // SAFETY: as required of the caller.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: as required of the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // The old block may be there until the new one is filled.
-        taken(size);
-        NOW.fetch_sub(layout.size(), Relaxed);
-        // SAFETY: as required of the caller.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// What is not in proportion to anything: tables of the entropy coder, messages.
 const CONSTANT: u64 = 256 << 10;
@@ -131,10 +88,7 @@ fn encoded(case: &Case) -> Vec<u8> {
 
 /// The height of memory while it is decoded, above what was taken before.
 fn peak_of(bytes: &[u8], limits: &DecodeLimits) -> (u64, Result<u64, DracoFault>) {
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
-    let result = decode(bytes, limits);
-    let peak = (PEAK.load(Relaxed) - before) as u64;
+    let (peak, result) = counting::peak_of(|| decode(bytes, limits));
     (peak, result.map(|m| m.attributes.iter().map(|a| a.data.len() as u64).sum()).map_err(|e| e.fault))
 }
 

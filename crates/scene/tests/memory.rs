@@ -1,46 +1,22 @@
 //! What an import says that it takes is at least what it takes. Counted by an allocator of this test's own.
-#![allow(unsafe_code, reason = "an allocator is an unsafe trait; this one only counts and forwards")]
 
+mod counting;
+
+use counting::peak_of;
 use orthant_scene::import::{ImportOptions, import_slice};
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is forwarded to the system's allocator with the same arguments.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `dealloc`, and the block came from `System`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// The counters are of the whole process: a test holds this from its first allocation to its last, or the documents that
 /// the other builds are counted as its own.
 static MEASURING: Mutex<()> = Mutex::new(());
 
 /// Bytes that an import held at its peak, its input included, and bytes that it charged, whether or not it succeeded.
-fn peak_and_charge(document: &str) -> (usize, u64) {
-    let bytes = document.as_bytes().to_vec();
-    let before = NOW.load(Ordering::Relaxed) - bytes.len();
-    PEAK.store(before, Ordering::Relaxed);
-    let imported = import_slice(bytes, None, "a.gltf", &ImportOptions::default()).unwrap();
-    (PEAK.load(Ordering::Relaxed) - before, imported.charged_bytes)
+fn peak_and_charge(document: &str) -> (u64, u64) {
+    let (peak, imported) = peak_of(|| {
+        let bytes = document.as_bytes().to_vec();
+        import_slice(bytes, None, "a.gltf", &ImportOptions::default()).unwrap()
+    });
+    (peak, imported.charged_bytes)
 }
 
 fn document(members: &str) -> String {
@@ -95,7 +71,7 @@ fn no_document_takes_more_than_it_is_charged_for() {
     ] {
         let (peak, charged) = peak_and_charge(&document(&members));
         println!("{what}: peak {peak}, charged {charged}");
-        assert!(peak as u64 <= charged, "{what}: took {peak} bytes, charged {charged}");
+        assert!(peak <= charged, "{what}: took {peak} bytes, charged {charged}");
     }
 }
 
@@ -119,10 +95,7 @@ fn geometry_is_held_once() {
     glb.extend(b"BIN\0");
     glb.resize(glb.len() + size, 0);
 
-    let before = NOW.load(Ordering::Relaxed);
-    PEAK.store(before, Ordering::Relaxed);
-    let imported = import_slice(glb, None, "a.glb", &ImportOptions::default()).unwrap();
-    let grown = PEAK.load(Ordering::Relaxed) - before;
+    let (grown, imported) = peak_of(|| import_slice(glb, None, "a.glb", &ImportOptions::default()).unwrap());
     assert_eq!(imported.scene.accessors().len(), 1);
-    assert!(grown < size / 10, "the import took {grown} bytes besides the file");
+    assert!(grown < size as u64 / 10, "the import took {grown} bytes besides the file");
 }

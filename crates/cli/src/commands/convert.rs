@@ -2,9 +2,10 @@
 
 use crate::args::{Common, ConvertArgs, ImagesArg};
 use crate::failure::{Exit, Failure};
-use crate::output::print;
+use crate::output::{check_outputs, print};
 use orthant_scene::export::{ExportError, ExportFault, ExportOptions, Images, export_path};
 use orthant_scene::import::{Format, ImportOptions, import_path};
+use std::path::Path;
 
 /// Converts, and prints a line on stdout for each thing that the target does not hold as the source has it.
 ///
@@ -15,6 +16,8 @@ pub fn run(args: &ConvertArgs, common: &Common) -> Result<(), Failure> {
         let what = format!("{}: the extension says no format that can be written", args.output.display());
         return Err(Failure::usage(what).remedy("use .gltf, .glb, .obj or .crts"));
     }
+    // A file may be converted onto itself.
+    check_outputs(&[("OUT", &args.output)], &[])?;
     let mut import = ImportOptions::default();
     import.max_memory = common.max_memory();
     import.allow_external_files = args.allow_external_files;
@@ -30,14 +33,19 @@ pub fn run(args: &ConvertArgs, common: &Common) -> Result<(), Failure> {
         ImagesArg::Embed => Images::Embed,
         ImagesArg::External => Images::External,
     };
-    let report = export_path(&imported.scene, &args.output, &export).map_err(failure)?;
+    let report =
+        export_path(&imported.scene, &args.output, &export).map_err(|error| export_failure(&args.input, error))?;
     let lines: Vec<String> = report.notes.iter().map(|note| format!("{note}\n")).collect();
     print(&lines.concat())
 }
 
-fn failure(error: ExportError) -> Failure {
+/// An export that failed: what cannot be written is the fault of the target, all else that of the scene.
+pub fn export_failure(source: &Path, error: ExportError) -> Failure {
     match &error.fault {
         ExportFault::Io(io) => Failure::io(&error.file, "write the file", io),
-        fault => Failure::bad_input(&error.file, fault.to_string()),
+        fault @ (ExportFault::TooLarge(_) | ExportFault::UnknownFormat(_)) => {
+            Failure::bad_input(&error.file, fault.to_string())
+        }
+        fault => Failure::bad_input(source, format!("{fault}; {} is not written", error.file.display())),
     }
 }

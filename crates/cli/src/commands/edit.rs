@@ -1,14 +1,15 @@
 //! `orthant edit`: a script of operations, applied to a scene that stays alive.
 
 use crate::args::{BackendArg, Common, EditArgs};
+use crate::commands::convert::export_failure;
 use crate::failure::{Exit, Failure};
 use crate::live::{Followed, Live, Stopped};
-use crate::output::{print, write_atomically};
+use crate::output::{check_outputs, print, write_atomically};
 use orthant_render::DeriveOptions;
 use orthant_resident::batch::TlasAction;
 use orthant_scene::Scene;
 use orthant_scene::edit::script::{Operation, Session};
-use orthant_scene::export::{ExportFault, ExportOptions, export_path};
+use orthant_scene::export::{ExportOptions, export_path};
 use orthant_scene::import::{Format, ImportOptions, import_path};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -29,6 +30,7 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     if args.backend == Some(BackendArg::Vulkan) {
         return Err(Failure::missing("--backend vulkan: this build renders on the CPU").remedy("use --backend cpu"));
     }
+    check_files(args)?;
     let mut import = ImportOptions::default();
     import.max_memory = common.max_memory();
     import.allow_external_files = args.allow_external_files;
@@ -38,27 +40,16 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             eprintln!("warning: {}: {warning}", args.scene.display());
         }
     }
-    let outputs = [&args.output, &args.report];
-    for path in outputs.into_iter().flatten() {
-        let is_same = |other: &Path| {
-            std::fs::canonicalize(path).ok().is_some_and(|p| std::fs::canonicalize(other).ok() == Some(p))
-        };
-        if is_same(&args.ops)
-            || args.report.as_ref() == Some(path) && (is_same(&args.scene) || args.output.as_ref() == Some(path))
-        {
-            return Err(Failure::usage(format!("{}: it is an input, or two outputs", path.display()))
-                .remedy("name another file"));
-        }
-    }
     let script = std::fs::read_to_string(&args.ops).map_err(|e| Failure::io(&args.ops, "read the script", &e))?;
     let folder = args.ops.parent().unwrap_or(Path::new("."));
     let max_bytes = common.max_memory().saturating_sub(imported.charged_bytes);
     let mut editor = Editor::new(imported.scene, args, Session::new(folder, import), max_bytes)?;
-    if !common.quiet {
-        for warning in &editor.live.derived.warnings {
+    let say = |warnings: Vec<String>| {
+        for warning in warnings.iter().filter(|_| !common.quiet) {
             eprintln!("warning: {}: {warning}", args.scene.display());
         }
-    }
+    };
+    say(editor.live.new_warnings());
 
     let mut report = String::new();
     let mut refused = 0;
@@ -79,11 +70,7 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             }
             Err(Stopped::Failed(failure)) => return Err(at(failure)),
         }
-        for warning in editor.live.new_warnings() {
-            if !common.quiet {
-                eprintln!("warning: {}: {warning}", args.scene.display());
-            }
-        }
+        say(editor.live.new_warnings());
     }
     editor.live.finish()?;
     if let Some(path) = &args.report {
@@ -93,11 +80,8 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     }
     let mut lines = String::new();
     if let Some(output) = &args.output {
-        let written =
-            export_path(&editor.live.scene, output, &ExportOptions::default()).map_err(|error| match &error.fault {
-                ExportFault::Io(io) => Failure::io(&error.file, "write the file", io),
-                fault => Failure::bad_input(&error.file, fault.to_string()),
-            })?;
+        let written = export_path(&editor.live.scene, output, &ExportOptions::default())
+            .map_err(|error| export_failure(&args.scene, error))?;
         written.notes.iter().for_each(|note| lines.push_str(&format!("{note}\n")));
     }
     if args.output.is_none() && args.report.is_none() {
@@ -107,6 +91,17 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
         eprintln!("warning: {refused} operations were refused and left out");
     }
     print(&lines)
+}
+
+/// The scene may be written onto itself; nothing else may be an input and an output.
+fn check_files(args: &EditArgs) -> Result<(), Failure> {
+    let (scene, script) = (("the scene", args.scene.as_path()), ("the script", args.ops.as_path()));
+    let output = args.output.as_deref().map(|path| ("-o", path));
+    let report = args.report.as_deref().map(|path| ("--report", path));
+    check_outputs(output.as_slice(), &[script])?;
+    check_outputs(report.as_slice(), &[scene, script])?;
+    let both: Vec<_> = output.into_iter().chain(report).collect();
+    check_outputs(&both, &[])
 }
 
 /// A live scene, and what the command does after each operation on it.

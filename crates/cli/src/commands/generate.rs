@@ -3,6 +3,7 @@
 use crate::args::GenerateArgs;
 use crate::failure::Failure;
 use crate::generate::find;
+use crate::output::check_outputs;
 
 /// Writes the scene.
 ///
@@ -37,5 +38,6 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
         let what = format!("{}: generated scenes are .glb or .gltf: change the extension", args.output.display());
         return Err(Failure::usage(what));
     }
+    check_outputs(&[("-o", &args.output)], &[])?;
     (generator.build)(size, args.seed).write(&args.output)
 }

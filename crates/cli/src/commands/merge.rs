@@ -3,6 +3,7 @@
 use crate::args::{Common, MergeArgs};
 use crate::failure::{Exit, Failure};
 use crate::image_io::{Display, Format, write};
+use crate::output::check_outputs;
 use crate::share::merge;
 use orthant_resident::tonemap::ToneMapper;
 
@@ -12,6 +13,8 @@ use orthant_resident::tonemap::ToneMapper;
 /// Another image format (usage), shares that are damaged or do not make one whole image (bad input), or an I/O error.
 pub fn run(args: &MergeArgs, common: &Common) -> Result<(), Failure> {
     Format::of(&args.output).map_err(|e| Failure::usage(e.to_string()))?;
+    let shares: Vec<_> = args.shares.iter().map(|share| ("the share", share.as_path())).collect();
+    check_outputs(&[("-o", &args.output)], &shares)?;
     let merged = merge(&args.shares, common.max_memory())?;
     let h = &merged.header;
     let (_, tonemap) = ToneMapper::ALL.into_iter().find(|(name, _)| *name == h.tonemap).ok_or_else(|| {

@@ -1,11 +1,11 @@
 //! `orthant render`: a scene to an image, or to a share of one.
 
-use crate::args::{AovArg, BackendArg, Common, FilterArg, RenderArgs, RendererArg};
+use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg};
 use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use crate::image_io::{Display, Format};
 use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings, validate};
-use crate::output::{write_atomically, write_bytes};
+use crate::output::{check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
 use orthant_cpu::CpuBackend;
 use orthant_resident::backend::{ApplyReport, RayCounts};
@@ -33,6 +33,7 @@ const SHARE_BUFFER: u64 = 256 << 20;
 pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
     let plan = Plan::new(args, common)?;
+    check_files(args)?;
     if args.threads > 0 {
         // Loading keeps to the number too. A pool that exists already (in tests) is as good.
         let _exists = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
@@ -82,6 +83,23 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         write_stats(path, &plan, &loaded, &backend, &times, &spent)?;
     }
     Ok(())
+}
+
+/// The image, its AOVs and the statistics are files of their own, and none of them is an input.
+fn check_files(args: &RenderArgs) -> Result<(), Failure> {
+    let aovs: Vec<_> = args.aov.iter().map(|aov| aov::path(&args.output, aov.aov())).collect();
+    let mut outputs = vec![("-o", args.output.as_path())];
+    for (i, path) in aovs.iter().enumerate() {
+        if !aovs[..i].contains(path) {
+            outputs.push(("--aov", path));
+        }
+    }
+    outputs.extend(args.stats.as_deref().map(|path| ("--stats", path)));
+    let mut inputs = vec![("the scene", args.file.as_path())];
+    if let Some(EnvArg::File(path)) = &args.env {
+        inputs.push(("--env", path));
+    }
+    check_outputs(&outputs, &inputs)
 }
 
 /// What is to be done, as far as the options alone say.

@@ -15,9 +15,10 @@ use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::compare::Touched;
 use orthant_resident::{Backend, SceneBatch};
 use orthant_scene::Scene;
-use orthant_scene::animation::{AnimationPlayer, AnimationWarning, Pose};
+use orthant_scene::animation::{AnimationPlayer, Pose};
 use orthant_scene::edit::Cursor;
 use orthant_scene::edit::script::{Operation, Outcome, Session};
+use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
 /// Rows of render nodes that are moved into holes after one operation, at most.
@@ -57,8 +58,12 @@ pub struct Live {
     pub pose: Pose,
     cursor: Cursor,
     player: AnimationPlayer,
-    /// What animations are not played as the file says, each once.
-    warnings: Vec<AnimationWarning>,
+    /// What edits could not do as they were asked to, and has not been said yet.
+    notes: Vec<String>,
+    /// What has been said.
+    said: HashSet<String>,
+    /// How many warnings of the derivation have been looked at.
+    looked_at: usize,
     /// The pose before the last operation, where it was a time that was set.
     pose_before: Option<Pose>,
 }
@@ -86,7 +91,8 @@ impl Live {
         let cursor = scene.change_log().cursor();
         let player = AnimationPlayer::new(options.max_bytes);
         let pose = options.pose;
-        Ok(Self { scene, session, derived, backend, pose, cursor, player, warnings: Vec::new(), pose_before: None })
+        let (notes, said, looked_at, pose_before) = (Vec::new(), HashSet::new(), 0, None);
+        Ok(Self { scene, session, derived, backend, pose, cursor, player, notes, said, looked_at, pose_before })
     }
 
     /// Carries an operation out on the document, or sets the time. What follows the document does not follow yet: edits that
@@ -97,6 +103,9 @@ impl Live {
     pub fn edit(&mut self, operation: &Operation) -> Result<(), Stopped> {
         self.pose_before = None;
         let outcome = self.session.run(&mut self.scene, operation).map_err(|e| Stopped::Refused(e.to_string()))?;
+        if let Outcome::Edited(applied) = &outcome {
+            self.notes.extend(applied.iter().flat_map(|applied| applied.notes.iter().cloned()));
+        }
         if let Outcome::TimeSet { seconds, animation } = outcome {
             let pose = match animation {
                 Some(id) => {
@@ -134,6 +143,7 @@ impl Live {
     pub fn take_back(&mut self, operation: &Operation) -> Result<(), Failure> {
         let internal = |what: String| Failure::new(Exit::Internal, what);
         self.session.take_back(&mut self.scene, operation).map_err(|e| internal(e.to_string()))?;
+        self.notes.clear();
         if let Some(pose) = self.pose_before.take() {
             self.pose = pose;
         }
@@ -144,12 +154,15 @@ impl Live {
         }
     }
 
-    /// What the animation that is played is not shown of, if that was not said before.
-    pub fn new_warnings(&mut self) -> Vec<AnimationWarning> {
-        let known = &self.warnings;
-        let new: Vec<AnimationWarning> =
-            self.player.warnings().iter().filter(|warning| !known.contains(warning)).cloned().collect();
-        self.warnings.extend_from_slice(&new);
+    /// What of the scene is shown or merged otherwise than the files say, if that was not said before.
+    pub fn new_warnings(&mut self) -> Vec<String> {
+        let mut new = std::mem::take(&mut self.notes);
+        new.extend(self.player.warnings().iter().map(ToString::to_string));
+        // A derivation anew begins its list anew.
+        let from = if self.derived.warnings.len() < self.looked_at { 0 } else { self.looked_at };
+        new.extend(self.derived.warnings[from..].iter().map(ToString::to_string));
+        self.looked_at = self.derived.warnings.len();
+        new.retain(|warning| self.said.insert(warning.clone()));
         new
     }
 

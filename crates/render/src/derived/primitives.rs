@@ -109,6 +109,12 @@ pub fn distinct(scene: &Scene) -> Vec<RenderPrimitive> {
     primitives
 }
 
+/// What is said of primitives without triangles, if there are any.
+pub fn skipped_primitives(count: usize) -> Option<DeriveWarning> {
+    let what = "primitives have no triangles (points, lines or no positions): they are kept, but not rendered";
+    (count > 0).then(|| DeriveWarning { place: "/meshes".into(), what: format!("{count} {what}") })
+}
+
 /// Registers all RenderPrimitives.
 pub fn register(scene: &Scene, variant: Option<VariantId>, warnings: &mut Vec<DeriveWarning>) -> PrimitiveTable {
     let mut table = PrimitiveTable::default();
@@ -149,12 +155,7 @@ pub fn register(scene: &Scene, variant: Option<VariantId>, warnings: &mut Vec<De
     }
     first_use[next_slot..].fill(table.uses.len() as u32);
     table.first_use = first_use;
-    if skipped > 0 {
-        warnings.push(DeriveWarning {
-            place: "/meshes".into(),
-            what: format!("{skipped} primitives have no triangles (points, lines or no positions): they are kept, but not rendered"),
-        });
-    }
+    warnings.extend(skipped_primitives(skipped));
     register_deformed(scene, &mut table);
     table
 }

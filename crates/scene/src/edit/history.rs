@@ -25,8 +25,8 @@ pub enum Grouping {
 /// One step of the history.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Entry {
-    /// What was done, as it was asked for: with the scene as it was loaded, the entries are a script of the session. A file
-    /// that was merged is named by its path and hash; who replays the entry loads it again.
+    /// What was done, as it was asked for: with the scene as it was loaded, the entries are a script of the session
+    /// ([`History::replay`]). A file that was merged is named by its path and hash.
     pub edit: Edit,
     /// What takes it back, or, when it has been undone, does it again.
     pub inverse: Edit,
@@ -149,6 +149,16 @@ impl History {
             self.bytes -= entry.bytes;
             scene.forget(&entry.inverse);
         }
+    }
+
+    /// Bytes that it holds at most, but for its last edit.
+    pub fn max_bytes(&self) -> usize {
+        self.max_bytes
+    }
+
+    /// What has been undone, in the order in which it would be redone.
+    pub fn to_redo(&self) -> impl ExactSizeIterator<Item = &Entry> {
+        self.undone.iter().rev()
     }
 
     /// The edits that can be undone, oldest first.

@@ -16,17 +16,23 @@ mod changes;
 mod channels;
 mod checked;
 mod error;
+pub mod files;
+mod fingerprint;
 mod history;
+mod names;
 pub mod ops;
 mod plan;
 pub mod random;
+mod replay;
 pub mod script;
 mod step;
+mod twins;
 
 pub use changes::{ChangeLog, ChangeSet, Cursor, Facets};
 pub use error::EditError;
 pub use history::{Grouping, History};
 pub use ops::Edit;
+pub use replay::ReplayError;
 pub use step::{NodeField, Object, Place, Step};
 
 use crate::Scene;
@@ -34,11 +40,13 @@ use crate::model::AnyId;
 use crate::visit::ReferenceIndex;
 use plan::Plan;
 use step::Execution;
+use twins::Twins;
 
 /// What edits need besides the document.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Editing {
     index: Option<Box<ReferenceIndex>>,
+    twins: Twins,
     log: ChangeLog,
 }
 
@@ -54,6 +62,8 @@ pub struct Applied {
     pub made: Option<AnyId>,
     /// Objects of the document that were looked at or changed: the cost of the edit.
     pub visited: u64,
+    /// What could not be done as the edit asks for it, in words: what a merged document has that this one has no place for.
+    pub notes: Vec<String>,
 }
 
 impl Scene {
@@ -64,26 +74,28 @@ impl Scene {
     pub fn apply(&mut self, edit: Edit) -> Result<Applied, EditError> {
         self.prepare_edits();
         let mut index = self.editing.index.take().unwrap_or_default();
-        let applied = self.apply_with(&mut index, edit);
-        self.editing.index = Some(index);
+        let mut twins = std::mem::take(&mut self.editing.twins);
+        let applied = self.apply_with(&mut index, &mut twins, edit);
         if let Ok(applied) = &applied {
+            twins.follow(self, &applied.changes);
             self.editing.log.push(&applied.changes);
         }
+        (self.editing.index, self.editing.twins) = (Some(index), twins);
         applied
     }
 
-    fn apply_with(&mut self, index: &mut ReferenceIndex, edit: Edit) -> Result<Applied, EditError> {
+    fn apply_with(&mut self, index: &mut ReferenceIndex, twins: &mut Twins, edit: Edit) -> Result<Applied, EditError> {
         let is_foreign = matches!(edit, Edit::Steps { .. });
-        let (steps, made, visited) = match edit {
-            Edit::Steps { steps } => (steps, None, 0),
+        let (steps, made, visited, notes) = match edit {
+            Edit::Steps { steps } => (steps, None, 0, Vec::new()),
             edit => {
-                let mut plan = Plan::new(self, index);
+                let mut plan = Plan::new(self, index, twins);
                 if let Err(error) = ops::plan(&mut plan, edit) {
                     plan.abandon();
                     return Err(error);
                 }
-                let (made, visited) = (plan.made, plan.visited);
-                (plan.finish(), made, visited)
+                let (made, visited, notes) = (plan.made, plan.visited, std::mem::take(&mut plan.notes));
+                (plan.finish(), made, visited, notes)
             }
         };
         let mut execution = Execution { scene: self, index, changes: ChangeSet::default(), visited };
@@ -104,11 +116,11 @@ impl Scene {
         debug_assert_eq!(check(), Ok(()), "what was planned leads to a document");
         inverse.reverse();
         let Execution { changes, visited, .. } = execution;
-        Ok(Applied { inverse: Edit::Steps { steps: inverse }, changes, made, visited })
+        Ok(Applied { inverse: Edit::Steps { steps: inverse }, changes, made, visited, notes })
     }
 
-    /// Makes what edits need and a freshly loaded scene does not have: the index of who refers to what, and search trees
-    /// over long lists of children. The first edit does it if nobody has before; afterwards it costs nothing.
+    /// Makes what edits need and a freshly loaded scene does not have: the index of who refers to what, that of equal
+    /// meshes, and search trees over long lists of children. The first edit does it if nobody has before; afterwards it costs nothing.
     pub fn prepare_edits(&mut self) {
         if self.editing.index.is_some() {
             return;
@@ -117,6 +129,7 @@ impl Scene {
         self.nodes.reserve(self.nodes.slot_bound() / 8 + 1024);
         self.nodes.values_mut().for_each(|node| node.children.prepare());
         self.scenes.values_mut().for_each(|scene| scene.roots.prepare());
+        self.editing.twins = Twins::of(self);
         self.editing.index = Some(Box::new(ReferenceIndex::of(self)));
     }
 

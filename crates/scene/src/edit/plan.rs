@@ -2,6 +2,7 @@
 
 use super::EditError;
 use super::step::{NodeField, Object, Place, Step};
+use super::twins::Twins;
 use crate::Scene;
 use crate::model::*;
 use crate::visit::{Owner, ReferenceIndex};
@@ -12,12 +13,15 @@ pub(super) type Result<T> = std::result::Result<T, EditError>;
 pub(super) struct Plan<'p> {
     pub scene: &'p mut Scene,
     pub index: &'p ReferenceIndex,
+    twins: &'p mut Twins,
     new: Vec<AnyId>,
     steps: Vec<Step>,
     /// What the edit made, for whoever wants to name it.
     pub made: Option<AnyId>,
     /// Objects that were looked at.
     pub visited: u64,
+    /// What could not be done as the edit asks for it, in words.
+    pub notes: Vec<String>,
 }
 
 macro_rules! kinds {
@@ -57,8 +61,8 @@ kinds! {
 }
 
 impl<'p> Plan<'p> {
-    pub fn new(scene: &'p mut Scene, index: &'p ReferenceIndex) -> Self {
-        Self { scene, index, new: Vec::new(), steps: Vec::new(), made: None, visited: 0 }
+    pub fn new(scene: &'p mut Scene, index: &'p ReferenceIndex, twins: &'p mut Twins) -> Self {
+        Self { scene, index, twins, new: Vec::new(), steps: Vec::new(), made: None, visited: 0, notes: Vec::new() }
     }
 
     /// The steps in order: new objects come first.
@@ -115,9 +119,32 @@ impl<'p> Plan<'p> {
         owners
     }
 
+    /// Whether anything but one object refers to an object. O(log n).
+    pub fn has_other_referrer(&mut self, id: impl Into<AnyId>, owner: impl Into<AnyId>) -> bool {
+        let owner = Owner::Object(owner.into());
+        self.visited += 1;
+        self.index.referrers(id).any(|(other, _)| other != owner)
+    }
+
     /// Whether the document as a whole refers to an object, in an extension of its own.
     pub fn is_carried(&self, id: impl Into<AnyId>) -> bool {
         self.index.referrers(id).any(|(owner, _)| owner == Owner::Document)
+    }
+
+    /// The first other mesh for which `is_equal` holds, of those that may be equal. O(log n), and the meshes of materials
+    /// that have been edited since the last search.
+    pub fn twin(&mut self, mesh: MeshId, is_equal: impl Fn(&Self, MeshId) -> Result<bool>) -> Result<Option<MeshId>> {
+        self.visited += self.twins.refresh(self.scene, self.index);
+        let (mut looked_at, mut found) = (0, None);
+        for other in self.twins.like(mesh).filter(|&other| other != mesh) {
+            looked_at += 1;
+            if is_equal(self, other)? {
+                found = Some(other);
+                break;
+            }
+        }
+        self.visited += looked_at;
+        Ok(found)
     }
 
     /// Where a node hangs: below its parent, or as a root of each of these scenes, or nowhere.

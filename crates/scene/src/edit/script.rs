@@ -2,18 +2,19 @@
 //!
 //! An operation refers to an object by the index that it has in the loaded file (objects that edits make take the next
 //! free numbers), by `"name:TEXT"` (the first of that name), or by `"$label"`, which an earlier operation has set with
-//! `"as": "label"`.
+//! `"as": "label"`. A label that is set again means the later object from then on.
 
-use super::ops::{MergedFile, Shape};
+use super::files::Folder;
+use super::names::Names;
+use super::ops::Shape;
 use super::{Applied, Edit, EditError, Grouping, History};
 use crate::Scene;
-use crate::import::{ImportOptions, import_path};
+use crate::import::ImportOptions;
 use crate::model::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 /// How an operation refers to an object.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -269,10 +270,10 @@ pub struct Session {
     /// What has been done.
     pub history: History,
     labels: HashMap<String, AnyId>,
+    names: Names,
     /// The label that the last operation set, and what it meant before.
     last_label: Option<(String, Option<AnyId>)>,
-    folder: PathBuf,
-    import: ImportOptions,
+    folder: Folder,
 }
 
 impl Session {
@@ -281,9 +282,9 @@ impl Session {
         Self {
             history: History::default(),
             labels: HashMap::new(),
+            names: Names::default(),
             last_label: None,
-            folder: folder.to_owned(),
-            import,
+            folder: Folder::new(folder, import),
         }
     }
 
@@ -344,7 +345,7 @@ impl Session {
     }
 
     /// The object that a reference means.
-    fn find<K: Id>(&self, scene: &Scene, key: &str, reference: &Reference) -> Result<K, EditError> {
+    fn find<K: Id>(&mut self, scene: &Scene, key: &str, reference: &Reference) -> Result<K, EditError> {
         let kind = K::KIND;
         let fail = |what: String| EditError::value(format!("/{key}"), what);
         let found = match reference {
@@ -358,10 +359,8 @@ impl Session {
                         fail(format!("no operation before this one has set the label {label:?} (with \"as\")"))
                     })?
                 } else if let Some(name) = text.strip_prefix("name:") {
-                    scene
-                        .ids_of(kind)
-                        .into_iter()
-                        .find(|&id| scene.name_of(id) == Some(name))
+                    self.names
+                        .first(scene, kind, name)
                         .ok_or_else(|| fail(format!("there is no {} of the name {name:?}", kind.name())))?
                 } else {
                     let what = format!("{text:?} is no reference; use an index, \"name:TEXT\" or \"$label\"");
@@ -377,7 +376,7 @@ impl Session {
     }
 
     fn find_optional<K: Id>(
-        &self,
+        &mut self,
         scene: &Scene,
         key: &str,
         reference: &Option<Reference>,
@@ -386,7 +385,7 @@ impl Session {
     }
 
     /// The edit that an operation means, and the label that it sets.
-    fn resolve(&self, scene: &Scene, operation: &Operation) -> Result<(Edit, Option<String>), EditError> {
+    fn resolve(&mut self, scene: &Scene, operation: &Operation) -> Result<(Edit, Option<String>), EditError> {
         use Operation as Op;
         let mut new_label = None;
         let edit = match operation {
@@ -485,7 +484,7 @@ impl Session {
             Op::MergeScene { path, parent, label } => {
                 new_label = label.clone();
                 let parent = self.find_optional(scene, "parent", parent)?;
-                Edit::MergeScene { file: self.load(path)?, parent }
+                Edit::MergeScene { file: self.folder.read(path)?, parent }
             }
             Op::RemoveUnused {} => Edit::RemoveUnused,
             Op::Undo { .. } | Op::Redo { .. } | Op::SetTime { .. } => {
@@ -493,20 +492,6 @@ impl Session {
             }
         };
         Ok((edit, new_label))
-    }
-
-    fn load(&self, path: &str) -> Result<MergedFile, EditError> {
-        let full = self.folder.join(path);
-        let imported = import_path(&full, &self.import).map_err(|error| EditError::File(error.to_string()))?;
-        let mut hasher = blake3::Hasher::new();
-        hasher
-            .update_reader(std::fs::File::open(&full).map_err(|e| EditError::File(format!("{}: {e}", full.display())))?)
-            .map_err(|error| EditError::File(format!("{}: {error}", full.display())))?;
-        Ok(MergedFile {
-            path: path.to_owned(),
-            blake3: hasher.finalize().to_hex().to_string(),
-            scene: Some(Arc::new(imported.scene)),
-        })
     }
 }
 

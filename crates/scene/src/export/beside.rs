@@ -33,30 +33,32 @@ impl<'a> Output<'a> {
         Self { folder: atomic::folder(document), report: ExportReport::default() }
     }
 
-    /// Writes a file under its own name or, if that is taken by other content, under one that follows from its content.
-    /// Returns the path that it has got.
+    /// Writes a file under the name that [`Output::place`] gives it. Returns the path that it has got.
     pub fn side_file(&mut self, file: &SideFile) -> Result<String, ExportError> {
-        let mut path = file.path.clone();
-        if let Some((inner, name)) = file.path.rsplit_once('/')
-            && !self.make_folder(inner)?
-        {
-            name.clone_into(&mut path);
-        }
-        let failed = |fault| ExportError { file: self.folder.join(&file.path), fault };
-        let name = self.free_name(path, [file.data.as_slice()].into_iter()).map_err(failed)?;
+        let name = self.place(file)?;
         let path = name.path.clone();
         self.write(name, [file.data.as_slice()])?;
         Ok(path)
     }
 
-    /// Makes a folder below. False if symbolic links lead it elsewhere.
-    fn make_folder(&self, inner: &str) -> Result<bool, ExportError> {
+    /// The name of a file that is to be written: its own or, if that is taken by other content, one that follows from its
+    /// content. Nothing is written yet.
+    pub fn place(&self, file: &SideFile) -> Result<Name, ExportError> {
+        let failed = |fault| ExportError { file: self.folder.join(&file.path), fault };
+        let mut path = file.path.clone();
+        if let Some((inner, name)) = file.path.rsplit_once('/')
+            && !self.is_inside(inner).map_err(|error| failed(error.into()))?
+        {
+            name.clone_into(&mut path);
+        }
+        self.free_name(path, [file.data.as_slice()].into_iter()).map_err(failed)
+    }
+
+    /// Whether a folder is below, or will be when it is made. False if symbolic links lead it elsewhere.
+    fn is_inside(&self, inner: &str) -> io::Result<bool> {
         let folder = self.folder.join(inner);
-        let is_inside = || {
-            std::fs::create_dir_all(&folder)?;
-            Ok(folder.canonicalize()?.starts_with(self.folder.canonicalize()?))
-        };
-        is_inside().map_err(|error: io::Error| ExportError { file: folder.clone(), fault: error.into() })
+        let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(self.folder);
+        Ok(there.canonicalize()?.starts_with(self.folder.canonicalize()?))
     }
 
     /// The name itself, if there is no such file or one with the same content; else one that follows from the content.
@@ -80,6 +82,11 @@ impl<'a> Output<'a> {
     pub fn write<'p>(&mut self, name: Name, pieces: impl IntoIterator<Item = &'p [u8]>) -> Result<(), ExportError> {
         let path = self.folder.join(&name.path);
         if !name.is_there {
+            if name.path.contains('/') {
+                let folder = atomic::folder(&path);
+                let failed = |error: io::Error| ExportError { file: folder.to_owned(), fault: error.into() };
+                std::fs::create_dir_all(folder).map_err(failed)?;
+            }
             let mut bytes = 0;
             let written = atomic::write(&path, |w| {
                 pieces.into_iter().try_for_each(|piece| {

@@ -62,6 +62,17 @@ impl fmt::Display for Note {
     }
 }
 
+const VARIANTS: &str = "/extensions/KHR_materials_variants";
+
+/// What a format without variants writes of a scene that has some.
+fn variants_left_out(scene: &Scene, format: &str) -> Option<String> {
+    let written = match scene.shown_variant().and_then(|id| scene.variants().get(id)) {
+        Some(shown) => format!("those of the variant {:?}, which is shown, are written", shown.name),
+        None => "those that no variant chooses are written".to_owned(),
+    };
+    (!scene.variants().is_empty()).then(|| format!("{format} has no material variants: of the materials, {written}"))
+}
+
 /// What an export did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

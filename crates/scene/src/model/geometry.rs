@@ -33,6 +33,13 @@ pub struct BufferView {
     pub extra: Extra,
 }
 
+impl BufferView {
+    /// A part of a buffer, and nothing that may be left out.
+    pub(crate) fn new(buffer: BufferId, offset: usize, length: usize, target: Option<u32>) -> Self {
+        Self { name: None, buffer, offset, length, stride: None, target, extra: Extra::default() }
+    }
+}
+
 /// `componentType`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
@@ -136,6 +143,30 @@ pub struct Accessor {
     pub sparse: Option<Box<Sparse>>,
     /// The rest.
     pub extra: Extra,
+}
+
+impl Accessor {
+    /// All elements of a view, one after the other, and nothing that may be left out.
+    pub(crate) fn packed(
+        view: BufferViewId,
+        component_type: ComponentType,
+        element_type: ElementType,
+        count: usize,
+    ) -> Self {
+        Self {
+            name: None,
+            view: Some(view),
+            offset: 0,
+            component_type,
+            normalized: false,
+            count,
+            element_type,
+            min: None,
+            max: None,
+            sparse: None,
+            extra: Extra::default(),
+        }
+    }
 }
 
 /// Elements of an accessor that are replaced.

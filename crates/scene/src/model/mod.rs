@@ -152,6 +152,13 @@ impl Scene {
         self.shown_variant
     }
 
+    /// The material that a primitive shows: that of the variant which is shown, if it has one of its own for that.
+    pub fn shown_material(&self, primitive: &Primitive) -> Option<MaterialId> {
+        let shown = self.shown_variant;
+        let mapped = shown.and_then(|v| primitive.variants.iter().find(|mapping| mapping.variants.contains(&v)));
+        mapped.map_or(primitive.material, |mapping| Some(mapping.material))
+    }
+
     /// `extensionsUsed`, in file order.
     pub fn extensions_used(&self) -> &[String] {
         &self.extensions_used

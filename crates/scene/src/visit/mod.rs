@@ -19,7 +19,7 @@ pub use unused::unused;
 pub use used::extensions_in_use;
 pub use walk::{visit, visit_object};
 
-pub(crate) use raw::{connect, pointer_index, write_index};
+pub(crate) use raw::{connect, has_links, pointer_index, write_index};
 pub(crate) use used::declared_extensions;
 pub(crate) use walk::{visit_mut, visit_object_mut, visit_root as visit_document};
 

@@ -46,6 +46,11 @@ const SLOTS: &[(&str, &str, Target)] = &[
     ("EXT_structural_metadata", "propertyTextures/*/properties/*/index", To(Kind::Texture)),
 ];
 
+/// Whether the references inside an extension are known.
+pub(crate) fn has_links(extension: &str) -> bool {
+    SLOTS.iter().any(|slot| slot.0 == extension)
+}
+
 /// Turns the indices inside the extensions of an object into links. `count` says how many objects of a kind there are;
 /// what it contradicts is given to `dangling` and stays as it is.
 pub(crate) fn connect(

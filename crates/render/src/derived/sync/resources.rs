@@ -5,13 +5,13 @@ use super::dirty::same_bytes;
 use super::registry::{GeometryKey, MeshUse};
 use crate::DeriveError;
 use crate::derived::material_row;
-use crate::derived::primitives::{has_triangles, material_of};
+use crate::derived::primitives::{has_triangles, material_of, skipped_primitives};
 use crate::derived::render_nodes::node_flags;
 use crate::geometry::RenderPrimitive;
 use glam::Vec3;
 use orthant_resident::rows::{MaterialRow, MeshDesc, NONE};
 use orthant_scene::Scene;
-use orthant_scene::edit::ChangeSet;
+use orthant_scene::edit::{ChangeSet, Facets};
 use orthant_scene::model::{AnyId, Material, MaterialId, MeshId, NodeId, Store};
 use orthant_scene::visit::Owner;
 use std::collections::BTreeSet;
@@ -34,10 +34,16 @@ pub(super) fn tangent_sets(scene: &Scene) -> Vec<Option<u32>> {
 impl Sync<'_> {
     pub(super) fn resources(&mut self, changes: &ChangeSet) -> Result<(), DeriveError> {
         let mut meshes = BTreeSet::new();
+        let mut new = BTreeSet::new();
         let mut materials = BTreeSet::new();
-        for &(id, _) in changes.objects() {
+        for &(id, facets) in changes.objects() {
             match id {
-                AnyId::Mesh(id) => drop(meshes.insert(id)),
+                AnyId::Mesh(id) => {
+                    meshes.insert(id);
+                    if facets.has(Facets::ADDED) {
+                        new.insert(id);
+                    }
+                }
                 AnyId::Material(id) => drop(materials.insert(id)),
                 AnyId::Light(id) => self.touch_users(id),
                 AnyId::Skin(id) => {
@@ -60,9 +66,12 @@ impl Sync<'_> {
         }
         // Those that are gone come last: what they shared stays.
         let (live, gone): (Vec<MeshId>, Vec<MeshId>) = meshes.into_iter().partition(|&id| self.scene.contains(id));
+        let mut skipped = 0;
         for id in live {
-            self.mesh(id)?;
+            let without_triangles = self.mesh(id)?;
+            skipped += if new.contains(&id) { without_triangles } else { 0 };
         }
+        self.derived.warnings.extend(skipped_primitives(skipped));
         gone.into_iter().for_each(|id| self.set_uses(id, Vec::new()));
         Ok(())
     }
@@ -82,7 +91,8 @@ impl Sync<'_> {
         self.work.nodes.extend(users);
     }
 
-    fn mesh(&mut self, id: MeshId) -> Result<(), DeriveError> {
+    /// Follows a mesh. Returns how many of its primitives have no triangles.
+    fn mesh(&mut self, id: MeshId) -> Result<usize, DeriveError> {
         let mesh = &self.scene.meshes()[id];
         let mut uses = Vec::with_capacity(mesh.primitives.len());
         for (i, primitive) in mesh.primitives.iter().enumerate() {
@@ -97,9 +107,10 @@ impl Sync<'_> {
             let material = material_row(material_of(primitive, self.live.variant));
             uses.push(MeshUse { primitive: i, key, render_primitive, material });
         }
+        let skipped = mesh.primitives.len() - uses.len();
         self.set_uses(id, uses);
         self.touch_users(id);
-        Ok(())
+        Ok(skipped)
     }
 
     fn set_uses(&mut self, mesh: MeshId, uses: Vec<MeshUse>) {

@@ -7,6 +7,7 @@ use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{NodeField, Object, Step};
 use crate::model::*;
+use crate::visit::pointer_index;
 use std::collections::BTreeSet;
 
 /// Whether every primitive has joints and weights.
@@ -48,13 +49,29 @@ pub fn set_mesh(p: &mut Plan<'_>, node: NodeId, mesh: Option<MeshId>) -> Result<
     }
     p.set(node, NodeField::Mesh(mesh));
     if targets != shown {
-        without_weights(p, node)?;
+        without_weights(p, node, targets)?;
     }
     Ok(())
 }
 
-/// Takes the channels that animate a node's weights out of all animations: they have values for other morph targets.
-fn without_weights(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
+/// Whether a channel leads to the weights of a node by a pointer (KHR_animation_pointer): to all, which are of another
+/// number now, or to one that a mesh of so many targets has not.
+fn points_to_weights(channel: &AnimationChannel, node: NodeId, targets: usize) -> bool {
+    let extensions = channel.target_extra.extensions.as_deref();
+    let pointer = extensions.and_then(|all| all.get("KHR_animation_pointer")?.get("pointer")?.as_str());
+    // Which node it is is said by the link: the number in the pointer is that of the file.
+    let is_it = channel.target_extra.links().iter().any(|link| link.target == node.into());
+    let Some((Kind::Node, _, rest)) = pointer.filter(|_| is_it).and_then(pointer_index) else { return false };
+    match rest.strip_prefix("/weights") {
+        Some("") => true,
+        Some(element) => element.strip_prefix('/').and_then(|i| i.parse().ok()).is_some_and(|i: usize| i >= targets),
+        None => false,
+    }
+}
+
+/// Takes the channels that animate a node's weights out of all animations: they have values for other morph targets. What
+/// animates the weights of a mesh stays: the mesh is what it was.
+fn without_weights(p: &mut Plan<'_>, node: NodeId, targets: usize) -> Result<()> {
     let animations: BTreeSet<AnimationId> = p
         .referrers(node)
         .into_iter()
@@ -63,7 +80,11 @@ fn without_weights(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
             _ => None,
         })
         .collect();
-    let goes = |channel: &AnimationChannel| channel.node == Some(node) && channel.path == AnimationPath::Weights;
+    let goes = |channel: &AnimationChannel| match channel.path {
+        AnimationPath::Weights => channel.node == Some(node),
+        AnimationPath::Pointer => points_to_weights(channel, node, targets),
+        _ => false,
+    };
     let mut parked = Vec::new();
     for animation in animations {
         without_channels(p, animation, &goes, &mut parked)?;

@@ -111,21 +111,8 @@ pub fn add_accessor(
 ) -> AccessorId {
     let length = bytes.len();
     let buffer = p.add_buffer(Buffer { name: None, uri: None, data: Blob::new(bytes), extra: Extra::default() });
-    let view =
-        p.add_view(BufferView { name: None, buffer, offset: 0, length, stride: None, target, extra: Extra::default() });
-    p.add_accessor(Accessor {
-        name: None,
-        view: Some(view),
-        offset: 0,
-        component_type,
-        normalized: false,
-        count,
-        element_type,
-        min: None,
-        max: None,
-        sparse: None,
-        extra: Extra::default(),
-    })
+    let view = p.add_view(BufferView::new(buffer, 0, length, target));
+    p.add_accessor(Accessor::packed(view, component_type, element_type, count))
 }
 
 /// Gives the nodes of a skin a mesh whose joints are the new ones: the mesh itself if nobody else shows it, else a copy.

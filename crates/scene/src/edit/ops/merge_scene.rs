@@ -1,6 +1,7 @@
 //! Whole documents below a node.
 
 use super::duplicate::Rename;
+use super::root;
 use crate::Scene;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
@@ -17,7 +18,7 @@ use std::sync::Arc;
 pub struct MergedFile {
     /// Where it came from. The wrapper node is named after it.
     pub path: String,
-    /// BLAKE3 of the file, in hexadecimal.
+    /// BLAKE3 of what was read, in hexadecimal ([`Folder::read`](crate::edit::files::Folder::read)).
     pub blake3: String,
     /// The document. Not part of the JSON form: who reads that loads the file and compares the hash.
     #[serde(skip)]
@@ -32,7 +33,8 @@ impl PartialEq for MergedFile {
 
 pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Result<()> {
     let Some(other) = &file.scene else {
-        return Err(EditError::File(format!("{}: the file has not been loaded", file.path)));
+        let what = "the file has not been read; who applies a saved edit has to read it again";
+        return Err(EditError::File(format!("{}: {what}", file.path)));
     };
     let other: &Scene = other;
     let objects: usize = Kind::ALL.iter().map(|&kind| other.count(kind)).sum();
@@ -49,7 +51,9 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
     let shown = other.default_scene.or_else(|| other.scenes.ids().next());
     let (roots, left_out) = roots(other, shown, &renamed);
     let name = Path::new(&file.path).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let wrapper = p.add_node(Node { name, ..Node::default() });
+    let extra = Extra { extras: root::extras(p, &file.path, other, shown), ..Extra::default() };
+    root::unite(p, &file.path, other, &renamed)?;
+    let wrapper = p.add_node(Node { name, extra, ..Node::default() });
     for &root in &roots {
         if let Some(node) = p.scene.nodes.get_any_mut(root) {
             node.parent = Some(wrapper);
@@ -70,8 +74,8 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
     if let Some(shown) = shown.and_then(|shown| renamed.get(&shown.into()).copied()) {
         p.disown(shown);
     }
-    let wrapper_extra = merge_declarations(p, other);
-    p.step(wrapper_extra);
+    let declarations = merge_declarations(p, other);
+    p.step(declarations);
     p.made = Some(wrapper.into());
     p.attach_last(wrapper, parent)
 }

@@ -44,7 +44,7 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
     let own = shown_mesh(p, node)?;
     let found = equal_mesh(p, own)?.ok_or(EditError::NoEqualMesh(node))?;
     p.set(node, NodeField::Mesh(Some(found)));
-    if p.is_carried(own) || p.referrers(own).iter().any(|&owner| owner != node.into()) {
+    if p.has_other_referrer(own, node) {
         return Ok(());
     }
     // The orphan goes, and the materials that only it had.
@@ -52,7 +52,7 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
     let mut mesh = p.mesh(own)?.clone();
     let materials: BTreeSet<MaterialId> = materials(&mut mesh).map(|slot| *slot).collect();
     for material in materials {
-        if !p.is_carried(material) && p.referrers(material).iter().all(|&owner| owner == own.into()) {
+        if !p.has_other_referrer(material, own) {
             parked.push(material.into());
         }
     }
@@ -63,17 +63,10 @@ pub fn merge(p: &mut Plan<'_>, node: NodeId) -> Result<()> {
 /// The first other mesh over the same geometry whose materials and extras are equal.
 fn equal_mesh(p: &mut Plan<'_>, own: MeshId) -> Result<Option<MeshId>> {
     let mesh = p.mesh(own)?.clone();
-    // A mesh over the same geometry refers to the same accessors: any one leads to all candidates.
-    let accessor = mesh.primitives.iter().flat_map(|primitive| &primitive.attributes.0).map(|&(_, id)| id).next();
-    let Some(accessor) = accessor else { return Ok(None) };
-    let candidates = p.referrers(accessor);
-    for candidate in candidates {
-        let AnyId::Mesh(id) = candidate else { continue };
-        if id != own && is_equal(p, &mesh, p.mesh(id)?)? {
-            return Ok(Some(id));
-        }
+    if mesh.primitives.iter().all(|primitive| primitive.attributes.0.is_empty()) {
+        return Ok(None);
     }
-    Ok(None)
+    p.twin(own, |p, other| is_equal(p, &mesh, p.mesh(other)?))
 }
 
 fn is_equal(p: &Plan<'_>, a: &Mesh, b: &Mesh) -> Result<bool> {

@@ -8,9 +8,11 @@ mod duplicate;
 mod hierarchy;
 mod joints;
 mod links;
+mod members;
 mod merge_scene;
 mod mesh;
 mod parameters;
+mod root;
 mod shape;
 
 pub(crate) use hierarchy::decompose;

@@ -1,6 +1,6 @@
 //! Materials, lights and cameras by JSON: what glTF says of them, with a merge patch over it.
 
-use super::{applicable, bounds};
+use super::{applicable, bounds, members};
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::Object;
@@ -37,6 +37,7 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
     if !patch.is_object() {
         return Err(EditError::value("/set", "it must be an object: a JSON merge patch"));
     }
+    members::check(id.kind(), patch, "/set")?;
     let text = export::gltf::object_text(p.scene, id).map_err(|fault| EditError::missing(id, fault.to_string()))?;
     let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
     merge_patch(&mut value, patch);
@@ -58,6 +59,7 @@ pub fn add_light(p: &mut Plan<'_>, parent: Option<NodeId>, light: &Value) -> Res
     if !light.is_object() {
         return Err(EditError::value("/light", "it must be a light of KHR_lights_punctual"));
     }
+    members::check(Kind::Light, light, "/light")?;
     bounds::check(Kind::Light, light, light, "/light")?;
     let Parsed::Light(light) = object(p, Kind::Light, light, "/light", None)? else {
         return Err(EditError::value("/light", "it is no light"));

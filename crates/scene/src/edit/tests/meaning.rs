@@ -274,6 +274,172 @@ fn a_merged_file_hangs_below_a_node_of_its_name_with_all_that_it_refers_to() {
     assert!(import_again(&scene).same_document(&crate::testing::every_slot_scene()).is_ok());
 }
 
+/// A document whose mesh has features in a table at the root, and the table's values.
+fn with_features(value: u8, table: &str) -> Value {
+    json!({
+        "asset": {"version": "2.0", "copyright": "(c) somebody"},
+        "extensionsUsed": ["EXT_structural_metadata", "EXT_mesh_features"],
+        "extras": {"made": "by hand"},
+        "scene": 0, "scenes": [{"nodes": [0], "extras": 1}], "nodes": [{"name": "n"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "extensions": {
+            "EXT_mesh_features": {"featureIds": [{"featureCount": 1, "attribute": 0, "propertyTable": 0}]}}}]}],
+        "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [0, 0, 0]}],
+        "extensions": {"EXT_structural_metadata": {"propertyTables": [
+            {"name": table, "properties": {"p": {"values": 0}}}]}},
+        "bufferViews": [{"buffer": 0, "byteLength": 1}],
+        "buffers": [{"byteLength": 1, "uri": format!("data:application/octet-stream;base64,{}", ["AA==", "AQ=="][usize::from(value)])}],
+    })
+}
+
+#[test]
+fn what_is_at_the_root_of_a_merged_file_comes_along_or_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, document) in [
+        ("a", with_features(0, "t")),
+        ("same", with_features(0, "t")),
+        ("bytes", with_features(1, "t")),
+        ("json", with_features(0, "u")),
+    ] {
+        std::fs::write(folder.path().join(format!("{name}.gltf")), document.to_string()).unwrap();
+    }
+    let mut scene = scenes::deep(2);
+    let start = bytes(&scene);
+    let mut session = Session::new(folder.path(), ImportOptions::default());
+    let merge = |session: &mut Session, scene: &mut Scene, name: &str| {
+        let operation = json!({"op": "merge_scene", "path": format!("{name}.gltf")});
+        match session.run(scene, &Operation::parse(&operation.to_string()).unwrap())? {
+            crate::edit::script::Outcome::Edited(mut applied) => Ok::<_, EditError>(applied.remove(0).notes),
+            other => panic!("{other:?}"),
+        }
+    };
+    let notes = merge(&mut session, &mut scene, "a").unwrap();
+    check(&scene);
+    assert!(notes.iter().any(|note| note.contains("copyright") && note.contains("extras of scene 0")), "{notes:?}");
+    let wrapper = scene.nodes.values().find(|node| node.name.as_deref() == Some("a")).unwrap();
+    assert_eq!(wrapper.extra.extras.as_deref(), Some(&json!({"made": "by hand"})));
+    let table = |scene: &Scene| {
+        let link = scene.extra.links()[0].target;
+        let AnyId::BufferView(view) = link else { panic!("{link:?}") };
+        (scene.extra.links().len(), scene.view_bytes(view).unwrap().to_vec())
+    };
+    assert_eq!(table(&scene), (1, vec![0]));
+    let again = import_again(&scene);
+    assert_eq!(table(&again), (1, vec![0]), "the table is that of the file, after an export too");
+    assert!(again.extensions_used.iter().any(|name| name == "EXT_structural_metadata"));
+    // One that says the same is shared: what refers into it by index still means the same.
+    merge(&mut session, &mut scene, "same").unwrap();
+    check(&scene);
+    assert_eq!(table(&scene), (1, vec![0]));
+    // One that does not is refused, and nothing has happened.
+    let before = bytes(&scene);
+    for other in ["bytes", "json"] {
+        let error = merge(&mut session, &mut scene, other).unwrap_err().to_string();
+        assert!(error.contains("EXT_structural_metadata") && error.contains(other), "{error}");
+        check(&scene);
+        assert!(bytes(&scene) == before);
+    }
+    session.history.undo(&mut scene, 2).unwrap();
+    assert!(bytes(&scene) == start);
+}
+
+#[test]
+fn a_log_is_replayed_on_the_document_as_it_was_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.gltf");
+    std::fs::write(&other, with_features(0, "t").to_string()).unwrap();
+    let fresh = scenes::skinned;
+    let mut scene = fresh();
+    let mut session = Session::new(folder.path(), ImportOptions::default());
+    let operations = [
+        json!({"op": "add_shape", "shape": "cube", "as": "cube"}),
+        json!({"op": "split_mesh", "node": "$cube"}),
+        json!({"op": "merge_scene", "path": "other.gltf", "parent": "$cube", "as": "m"}),
+        json!({"op": "duplicate", "node": 0, "as": "copy"}),
+        json!({"op": "delete", "node": 4}),
+        json!({"op": "reparent", "node": "$m", "parent": "$copy", "index": 0}),
+        json!({"op": "rename", "node": "$copy", "name": "renamed"}),
+        json!({"op": "set_visible", "node": "$m", "visible": false}),
+        json!({"op": "undo", "count": 3}),
+        json!({"op": "redo"}),
+    ];
+    for operation in operations {
+        run(&mut session, &mut scene, operation).unwrap();
+    }
+    let log = serde_json::to_string(&session.history).unwrap();
+    assert!(!log.contains("made"), "no content of the merged file is in the log");
+    let log: History = serde_json::from_str(&log).unwrap();
+    let files = files::Folder::new(folder.path(), ImportOptions::default());
+    let mut replayed = fresh();
+    let mut history = History::replay(&log, &mut replayed, &mut |file| files.read_again(file)).unwrap();
+    check(&replayed);
+    assert!(bytes(&replayed) == bytes(&scene));
+    // It is the same undo stack.
+    assert_eq!((history.done().len(), history.undone()), (session.history.done().len(), 2));
+    history.redo(&mut replayed, 2).unwrap();
+    session.history.redo(&mut scene, 2).unwrap();
+    assert!(bytes(&replayed) == bytes(&scene));
+    let all = history.done().len();
+    history.undo(&mut replayed, all).unwrap();
+    assert!(bytes(&replayed) == bytes(&fresh()));
+
+    // Another content, or none, is an error that names the file and says what to do.
+    let replay = || History::replay(&log, &mut fresh(), &mut |file| files.read_again(file)).unwrap_err().to_string();
+    std::fs::write(&other, with_features(1, "t").to_string()).unwrap();
+    let error = replay();
+    assert!(error.starts_with("edit 2 of the log") && error.contains("other.gltf"), "{error}");
+    assert!(error.contains("put the old file back"), "{error}");
+    std::fs::remove_file(&other).unwrap();
+    let error = replay();
+    assert!(error.contains("other.gltf") && error.contains("does not exist"), "{error}");
+}
+
+#[test]
+fn a_log_is_replayed_though_what_it_made_has_other_ids() {
+    let mut scene = scenes::deep(2);
+    let mut session = session();
+    for operation in [
+        json!({"op": "add_node", "name": "forgotten"}),
+        json!({"op": "undo"}),
+        json!({"op": "add_shape", "shape": "cube", "as": "a"}),
+        // In the slot of what is forgotten, which the log knows nothing of.
+        json!({"op": "add_node", "parent": "$a", "as": "b"}),
+        json!({"op": "rename", "node": "$b", "name": "b"}),
+        json!({"op": "reparent", "node": "$a", "parent": 1}),
+        json!({"op": "split_mesh", "node": "$a"}),
+        json!({"op": "undo"}),
+    ] {
+        run(&mut session, &mut scene, operation).unwrap();
+    }
+    let said = |scene: &Scene| {
+        let parent = |node: &Node| node.parent.and_then(|id| scene.nodes[id].name.clone());
+        let mut nodes: Vec<_> =
+            scene.nodes.values().map(|node| (node.name.clone(), parent(node), node.mesh.is_some())).collect();
+        nodes.sort();
+        (nodes, scene.meshes.len(), scene.buffers.len())
+    };
+    let log: History = serde_json::from_str(&serde_json::to_string(&session.history).unwrap()).unwrap();
+    let mut replayed = scenes::deep(2);
+    let mut history = History::replay(&log, &mut replayed, &mut |_| panic!("nothing is merged")).unwrap();
+    check(&replayed);
+    assert_eq!(said(&replayed), said(&scene));
+    let shape = |scene: &Scene| scene.nodes.iter().find(|(_, n)| n.name.as_deref() == Some("cube")).map(|(id, _)| id);
+    assert_ne!(shape(&replayed), shape(&scene), "under another id");
+    history.redo(&mut replayed, 1).unwrap();
+    session.history.redo(&mut scene, 1).unwrap();
+    assert_eq!(said(&replayed), said(&scene));
+}
+
+#[test]
+fn a_log_that_has_lost_its_beginning_is_not_replayed() {
+    let mut scene = scenes::deep(2);
+    let mut history = History::new(1);
+    for _ in 0..3 {
+        history.apply(&mut scene, Edit::RemoveUnused, Grouping::Alone).unwrap();
+    }
+    let error = History::replay(&history, &mut scenes::deep(2), &mut |_| panic!("no file")).unwrap_err();
+    assert_eq!(error, ReplayError::Forgotten(2));
+}
+
 fn import_again(scene: &Scene) -> Scene {
     crate::import::import_slice(bytes(scene), None, "a.glb", &ImportOptions::default()).unwrap().scene
 }
@@ -324,4 +490,39 @@ fn every_consumer_hears_of_an_edit() {
     scene.apply(Edit::SetVisible { node: id, visible: false }).unwrap();
     let changes = scene.change_log().take(&mut cursor).unwrap();
     assert_eq!(changes.objects(), [(id.into(), Facets::VISIBILITY)]);
+}
+
+#[test]
+fn the_variant_that_is_shown_reaches_formats_without_variants_and_a_note_says_so() {
+    let names = |names: &[&str]| names.iter().map(|name| json!({"name": name})).collect::<Vec<_>>();
+    let mut scene = scenes::with_triangle(&json!({
+        "extensionsUsed": ["KHR_materials_variants"],
+        "extensions": {"KHR_materials_variants": {"variants": names(&["day", "night"])}},
+        "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "materials": [{"name": "plain"}, {"name": "dark", "pbrMetallicRoughness": {"baseColorFactor": [0.125, 0.25, 0.5, 1]}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0, "extensions": {
+            "KHR_materials_variants": {"mappings": [{"material": 1, "variants": [1]}]}}}]}],
+    }));
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = session();
+    for (variant, material, color) in [(json!(null), "plain", 1.0), (json!("night"), "dark", 0.125)] {
+        run(&mut session, &mut scene, json!({"op": "select_variant", "variant": variant})).unwrap();
+        for format in ["obj", "crts", "glb"] {
+            let path = folder.path().join(format!("{material}.{format}"));
+            let report = crate::export::export_path(&scene, &path, &ExportOptions::default()).unwrap();
+            let said: Vec<&str> =
+                report.notes.iter().map(|note| &*note.what).filter(|what| what.contains("variant")).collect();
+            let read = crate::import::import_path(&path, &ImportOptions::default()).unwrap().scene;
+            if format == "glb" {
+                assert_eq!((said.len(), read.variants.len()), (usize::from(material == "dark"), 2), "{said:?}");
+                assert!(said.iter().all(|what| what.contains("\"night\"")));
+                continue;
+            }
+            assert_eq!(said.len(), 1, "{said:?}");
+            assert_eq!(said[0].contains("\"night\""), material == "dark", "{said:?}");
+            let shown = &read.meshes.values().next().unwrap().primitives[0];
+            let found = &read.materials[shown.material.unwrap()];
+            assert_eq!((found.name.as_deref(), found.base_color[0]), (Some(material), color), "{format}");
+        }
+    }
 }

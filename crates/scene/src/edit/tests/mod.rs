@@ -73,6 +73,9 @@ fn check(scene: &Scene) {
     assert_eq!(dangling.1, None, "a reference leads nowhere");
     if let Some(index) = scene.reference_index() {
         assert_eq!(*index, crate::visit::ReferenceIndex::of(scene), "the index of references");
+        let (mut kept, fresh) = (scene.editing.twins.clone(), super::twins::Twins::of(scene));
+        kept.refresh(scene, index);
+        assert!(kept.files_as(&fresh), "the index of equal meshes");
     }
     for (id, node) in scene.nodes.iter() {
         for child in node.children.iter() {

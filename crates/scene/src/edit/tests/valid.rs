@@ -105,6 +105,160 @@ fn joints_keep_a_common_root() {
 }
 
 #[test]
+fn pointers_to_weights_go_with_the_morph_targets_and_those_to_other_things_stay() {
+    let by_pointer = |pointers: &[&str]| {
+        let channel = |pointer: &&str| json!({"sampler": 0, "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}}});
+        let mut document: Value = serde_json::from_slice(
+            &crate::export::gltf::to_gltf(&morphed(), "a", &ExportOptions::default()).unwrap().document,
+        )
+        .unwrap();
+        document["extensionsUsed"] = json!(["KHR_animation_pointer"]);
+        document["nodes"] = json!([{"mesh": 0}, {"mesh": 0}]);
+        document["buffers"][0]["uri"] = json!(format!("data:application/octet-stream;base64,{}", "A".repeat(48)));
+        document["animations"] = json!([{
+            "channels": pointers.iter().map(channel).collect::<Vec<_>>(),
+            "samplers": [{"input": 1, "output": 1}],
+        }]);
+        scenes::import(&document)
+    };
+    let pointers =
+        ["/nodes/0/weights", "/nodes/0/weights/0", "/nodes/0/translation", "/nodes/1/weights", "/meshes/0/weights"];
+    let left = |mesh: Value| {
+        let mut scene = by_pointer(&pointers);
+        let mut session = session();
+        let start = bytes(&scene);
+        run(&mut session, &mut scene, json!({"op": "set_mesh", "node": 0, "mesh": mesh})).unwrap();
+        check(&scene);
+        let after = bytes(&scene);
+        let of = |c: &AnimationChannel| {
+            let extensions = c.target_extra.extensions.as_ref().unwrap();
+            extensions["KHR_animation_pointer"]["pointer"].as_str().unwrap().to_owned()
+        };
+        let left: Vec<String> = scene.animations.values().flat_map(|a| a.channels.iter().map(of)).collect();
+        session.history.undo(&mut scene, 1).unwrap();
+        assert!(bytes(&scene) == start);
+        session.history.redo(&mut scene, 1).unwrap();
+        assert!(bytes(&scene) == after);
+        left
+    };
+    assert_eq!(left(json!(1)), pointers[2..]);
+    assert_eq!(left(json!(null)), pointers[2..]);
+    assert_eq!(left(json!(2)), pointers, "as many targets");
+}
+
+#[test]
+fn a_skeleton_that_is_above_not_all_joints_any_more_goes() {
+    let mut scene = scenes::skinned();
+    let mut session = session();
+    let skeleton = |scene: &Scene| scene.skins.values().next().unwrap().skeleton.map(slot);
+    let start = bytes(&scene);
+    assert_eq!(skeleton(&scene), Some(2));
+    // Below the hip, and the hip with all of its joints: nothing changes for the skin.
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 5, "parent": 2})).unwrap();
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": null})).unwrap();
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": 0})).unwrap();
+    assert_eq!(skeleton(&scene), Some(2));
+    // Out of the hip, below the root that the joints still have in common.
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 4, "parent": 0})).unwrap();
+    assert_eq!(skeleton(&scene), None);
+    check(&scene);
+    session.history.undo(&mut scene, 4).unwrap();
+    assert!(bytes(&scene) == start);
+}
+
+#[test]
+fn a_texture_in_a_tangent_space_asks_for_one() {
+    let texture = json!({"index": 0});
+    let coat = |texture: &Value| json!({"KHR_materials_clearcoat": {"clearcoatNormalTexture": texture}});
+    let turned = json!({"KHR_materials_anisotropy": {"anisotropyTexture": texture}});
+    let attributes = json!({"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 1});
+    let mut with_tangents = attributes.clone();
+    with_tangents["TANGENT"] = json!(2);
+    let scene = scenes::with_triangle(&json!({
+        "textures": [{}],
+        "materials": [{}, {"extensions": coat(&texture)}, {"extensions": turned}, {}],
+        "meshes": [
+            {"primitives": [{"attributes": attributes, "material": 0}]},
+            {"primitives": [{"attributes": with_tangents, "material": 3}]},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"componentType": 5126, "count": 3, "type": "VEC2"},
+            {"componentType": 5126, "count": 3, "type": "VEC4"},
+        ],
+    }));
+    let assign = |mesh: usize, material: usize| json!({"op": "assign_material", "mesh": mesh, "primitive": 0, "material": material});
+    let set = |material: usize, set: Value| json!({"op": "set_material", "material": material, "set": set});
+    for (operation, is_valid) in [
+        (assign(0, 1), false),
+        (assign(0, 2), false),
+        (assign(1, 1), true),
+        (assign(1, 2), true),
+        (set(0, json!({"extensions": coat(&texture)})), false),
+        (set(0, json!({"extensions": turned})), false),
+        (set(0, json!({"extensions": turned, "normalTexture": texture})), true),
+        (set(3, json!({"extensions": coat(&texture)})), true),
+        (json!({"op": "add_shape", "shape": "cube", "material": 1}), false),
+        (json!({"op": "add_shape", "shape": "cube", "material": 0}), true),
+    ] {
+        let mut edited = scene.clone();
+        match run(&mut session(), &mut edited, operation.clone()) {
+            Ok(()) => assert!(is_valid, "{operation}"),
+            Err(error) => {
+                assert!(!is_valid && error.to_string().contains("tangent space"), "{operation}: {error}");
+                assert!(bytes(&edited) == bytes(&scene));
+            }
+        }
+    }
+    // A normal map that goes leaves the coat without one.
+    let mut scene = scene;
+    let mut session = session();
+    run(&mut session, &mut scene, set(0, json!({"extensions": coat(&texture), "normalTexture": texture}))).unwrap();
+    assert!(run(&mut session, &mut scene, set(0, json!({"normalTexture": null}))).is_err());
+}
+
+#[test]
+fn a_name_means_the_first_object_that_has_it_now() {
+    let mut scene = scenes::wide(20);
+    let mut session = session();
+    let mut apply = |operation: Value| run(&mut session, &mut scene, operation);
+    let rename = |node: Value, name: &str| json!({"op": "rename", "node": node, "name": name});
+    apply(rename(json!(7), "x")).unwrap();
+    apply(rename(json!(5), "x")).unwrap();
+    // The first of two, then the other, then what is made and merged of that name.
+    apply(rename(json!("name:x"), "first")).unwrap();
+    apply(rename(json!("name:x"), "second")).unwrap();
+    assert!(apply(rename(json!("name:x"), "none")).is_err());
+    apply(json!({"op": "undo"})).unwrap();
+    apply(json!({"op": "set_visible", "node": "name:x", "visible": false})).unwrap();
+    apply(json!({"op": "add_node", "name": "new"})).unwrap();
+    apply(json!({"op": "delete", "node": "name:new"})).unwrap();
+    assert!(apply(json!({"op": "delete", "node": "name:new"})).is_err());
+    apply(json!({"op": "undo"})).unwrap();
+    apply(json!({"op": "rename", "node": "name:new", "name": "kept"})).unwrap();
+    apply(json!({"op": "rename", "material": "name:plain", "name": "paint"})).unwrap();
+    apply(json!({"op": "duplicate_material", "material": "name:paint"})).unwrap();
+    apply(json!({"op": "set_material", "material": "name:paint copy", "set": {"name": "other"}})).unwrap();
+    apply(json!({"op": "set_material", "material": "name:other", "set": {"doubleSided": true}})).unwrap();
+    assert_eq!(node(&scene, 5).name.as_deref(), Some("first"));
+    assert_eq!((node(&scene, 7).name.as_deref(), node(&scene, 7).visible), (Some("x"), Some(false)));
+    assert_eq!(scene.name_of(scene.ids_of(Kind::Node)[21]), Some("kept"));
+    assert!(scene.materials.values().nth(1).unwrap().double_sided);
+}
+
+#[test]
+fn a_label_that_is_set_again_means_the_later_object() {
+    let mut scene = scenes::deep(2);
+    let mut session = session();
+    for name in ["a", "b"] {
+        run(&mut session, &mut scene, json!({"op": "add_node", "name": name, "as": "n"})).unwrap();
+    }
+    run(&mut session, &mut scene, json!({"op": "rename", "node": "$n", "name": "c"})).unwrap();
+    let names: Vec<_> = scene.nodes.values().filter_map(|node| node.name.as_deref()).collect();
+    assert_eq!(names, ["a", "c"]);
+}
+
+#[test]
 fn a_wrong_type_is_named_with_its_member() {
     for (line, pointer) in [
         (r#"{"op": "set_time", "seconds": "NaN"}"#, "/seconds: invalid type: string \"NaN\", expected f64"),

@@ -83,9 +83,11 @@ impl Writer<'_> {
             (!scene.skins().is_empty(), "/skins", "CRTS has no skins; meshes are written in the pose of their nodes"),
             (scene.nodes().iter().any(|(_, n)| n.light.is_some()), "/nodes", "CRTS has no punctual lights"),
             (scene.nodes().iter().any(|(_, n)| n.parent.is_some()), "/nodes", "CRTS has no hierarchy; it is flattened"),
-            (!scene.variants().is_empty(), "/extensions/KHR_materials_variants", "CRTS has no material variants"),
             (scene.scenes().len() > 1, "/scenes", "CRTS has one scene; the default one is written"),
         ];
+        if let Some(what) = crate::export::variants_left_out(scene, "CRTS") {
+            self.note(crate::export::VARIANTS.to_owned(), &what);
+        }
         for (is_there, pointer, what) in list {
             if is_there {
                 self.note(pointer.to_owned(), what);

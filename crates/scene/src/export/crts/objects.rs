@@ -38,7 +38,7 @@ pub fn light_parts(scene: &Scene, placed: &[Placed]) -> LightParts {
             parts.meshes.remove(&mesh);
         }
     }
-    let materials = |mesh: &Mesh| mesh.primitives.iter().filter_map(|p| p.material).collect::<Vec<_>>();
+    let materials = |mesh: &Mesh| mesh.primitives.iter().filter_map(|p| scene.shown_material(p)).collect::<Vec<_>>();
     let is_light = |id: &MeshId| parts.meshes.contains(id);
     let mut found: HashSet<MaterialId> = parts.meshes.iter().flat_map(|&id| materials(&scene.meshes()[id])).collect();
     for (_, mesh) in scene.meshes().iter().filter(|(id, _)| !is_light(id)) {
@@ -135,7 +135,7 @@ impl Writer<'_> {
                             continue;
                         }
                         let Some(index) = *index else { continue };
-                        let material = match primitive.material {
+                        let material = match scene.shown_material(primitive) {
                             Some(id) => materials.get(&id).copied(),
                             None => None,
                         };
@@ -184,7 +184,8 @@ impl Writer<'_> {
         let (corner, emits) = (Some(LightOrigin::Corner), Some(LightEmits::Negative));
         let (matrix, size) = lights::frame(&matrix, size, corner, emits).unwrap_or((matrix, size));
         // The mark says the colour, unless the material has been changed since.
-        let material = node.mesh.and_then(|m| self.scene.meshes()[m].primitives.first()?.material);
+        let primitive = node.mesh.and_then(|m| self.scene.meshes()[m].primitives.first());
+        let material = primitive.and_then(|primitive| self.scene.shown_material(primitive));
         let material = material.map(|m| &self.scene.materials()[m]);
         let marked = light.material();
         let (color, energy) = match material {

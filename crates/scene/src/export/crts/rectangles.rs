@@ -55,7 +55,7 @@ pub fn find(scene: &Scene, placed: &[Placed], posed: &Posed, lights: &mut LightP
     let mut materials: HashSet<MaterialId> = found.values().map(|rectangle| rectangle.material).collect();
     for (id, mesh) in scene.meshes().iter().filter(|(id, _)| !lights.meshes.contains(id)) {
         let others = mesh.primitives.iter().enumerate().filter(|(p, _)| !found.contains_key(&(id, *p)));
-        for id in others.filter_map(|(_, primitive)| primitive.material) {
+        for id in others.filter_map(|(_, primitive)| scene.shown_material(primitive)) {
             materials.remove(&id);
         }
     }
@@ -68,7 +68,7 @@ fn candidate(scene: &Scene, primitive: &Primitive) -> Option<(MaterialId, Access
     let positions = primitive.attributes.get("POSITION").filter(|_| is_surface(primitive.mode))?;
     let vertices = scene.accessors()[positions].count;
     let elements = primitive.indices.map_or(vertices, |id| scene.accessors()[id].count);
-    let id = primitive.material?;
+    let id = scene.shown_material(primitive)?;
     let material = &scene.materials()[id];
     let shines = material.emissive != [0.0; 3] && material.emissive_strength != Some(0.0);
     let is_even = material.emissive_texture.is_none() && material.alpha_mode == AlphaMode::Opaque;

@@ -11,7 +11,7 @@ mod images;
 mod indices;
 
 use super::beside::{self, Output};
-use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic, names};
+use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, VARIANTS, atomic, names};
 use crate::Scene;
 use crate::model::{AnyId, Blob, Extra};
 use buffers::Packed;
@@ -89,6 +89,13 @@ impl Layout {
         let mut packed = Packed::new(scene, &left_out, options.keep_unused_bytes);
         let mut images = Plan::new(scene, &indices, options.images, stem, reserved, &mut packed);
         let mut notes = std::mem::take(&mut images.notes);
+        if let Some(variant) = scene.shown_variant.and_then(|id| scene.variants.get(id)) {
+            let what = format!(
+                "all variants are kept, but glTF does not say which one is shown: {:?} has to be selected again",
+                variant.name
+            );
+            notes.push(Note { pointer: VARIANTS.to_owned(), what });
+        }
         if scene.buffers.len() > 1 {
             for (i, buffer) in scene.buffers.values().enumerate() {
                 let other = Extra { stated: Default::default(), ..buffer.extra.clone() };

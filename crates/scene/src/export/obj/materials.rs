@@ -2,7 +2,7 @@
 
 use super::Notes;
 use crate::Scene;
-use crate::export::beside::{Output, SideFile};
+use crate::export::beside::{Name, Output, SideFile};
 use crate::export::{ExportError, ExportFault, names};
 use crate::import::files::local_path;
 use crate::model::*;
@@ -35,7 +35,7 @@ impl Library {
             library.names.insert(id, free(name, &mut taken));
         }
         let mut primitives = scene.meshes().iter().flat_map(|(_, mesh)| &mesh.primitives);
-        if primitives.any(|p| p.material.is_none()) {
+        if primitives.any(|p| scene.shown_material(p).is_none()) {
             library.default = Some(free("default".to_owned(), &mut taken));
         }
         let own = document.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
@@ -102,13 +102,20 @@ impl Library {
         }
     }
 
-    /// Copies the images beside the document.
-    pub fn write_images(&mut self, output: &mut Output<'_>) -> std::result::Result<(), ExportError> {
+    /// Finds out under which names the images will be copied beside the document.
+    pub fn place_images(&mut self, output: &Output<'_>) -> std::result::Result<Vec<Name>, ExportError> {
+        let mut names = Vec::with_capacity(self.files.len());
         for (file, images) in &self.files {
-            let path = output.side_file(file)?;
-            images.iter().for_each(|&id| drop(self.paths.insert(id, path.clone())));
+            let name = output.place(file)?;
+            images.iter().for_each(|&id| drop(self.paths.insert(id, name.path.clone())));
+            names.push(name);
         }
-        Ok(())
+        Ok(names)
+    }
+
+    /// Copies the images beside the document, under these names.
+    pub fn write_images(&self, names: Vec<Name>, output: &mut Output<'_>) -> std::result::Result<(), ExportError> {
+        self.files.iter().zip(names).try_for_each(|((file, _), name)| output.write(name, [file.data.as_slice()]))
     }
 
     /// Whether there is nothing to write.

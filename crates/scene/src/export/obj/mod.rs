@@ -2,8 +2,9 @@
 //!
 //! The format knows no hierarchy: every visible node with a mesh is an object, its vertices in the world; instances and
 //! meshes of several nodes are written once for each. Deformed meshes are written as the nodes pose them. Textures are
-//! copied beside the file, as they are encoded. First the textures are written, then the MTL file, the OBJ file last: none
-//! of them over a file of other content, so that the old OBJ file is whole until the new one takes its place.
+//! copied beside the file, as they are encoded. First the OBJ file is written, beside its name, so that nothing is left of it
+//! if the geometry cannot be read; then the textures and the MTL file, none of them over a file of other content, so that
+//! the old OBJ file is whole until the new one takes its place.
 
 mod geometry;
 mod materials;
@@ -11,7 +12,7 @@ mod materials;
 use super::beside::{self, Output};
 use super::placed::{Placed, Poses, flatten, instances};
 use super::surface::Surface;
-use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, atomic, names};
+use super::{ExportError, ExportFault, ExportOptions, ExportReport, Images, Note, VARIANTS, atomic, names};
 use crate::Scene;
 use crate::accessor::AccessorError;
 use crate::model::*;
@@ -31,27 +32,55 @@ pub(super) fn export(scene: &Scene, path: &Path, options: &ExportOptions) -> Res
 
     let mut output = Output::new(path);
     let mut library = Library::new(scene, &stem, path, &mut notes);
-    library.write_images(&mut output)?;
+    let images = library.place_images(&output)?;
     let text = library.text(scene, &mut notes).map_err(failed)?;
-    let mut library_name = None;
+    let mut library_file = None;
     if !library.is_empty() {
-        let name = output.free_name(format!("{stem}.mtl"), [&text[..]].into_iter()).map_err(failed)?;
-        library_name = Some(name.path.clone());
-        output.write(name, [&text[..]])?;
+        let mut name = format!("{stem}.mtl");
+        // An image may have the name of the library, which is not on the disk yet.
+        if images.iter().any(|image| image.path.eq_ignore_ascii_case(&name)) {
+            name = names::with_hash(&name, [&text[..]]);
+        }
+        library_file = Some(output.free_name(name, [&text[..]].into_iter()).map_err(failed)?);
     }
 
     let mut bytes = 0;
     let written = atomic::write(path, |w| {
         let mut w = Counted { inner: w, bytes: &mut bytes };
-        write(scene, library_name.as_deref(), &library, &mut w, &mut notes)
+        let library_name = library_file.as_ref().map(|name| &*name.path);
+        write(scene, library_name, &library, &mut w, &mut notes)?;
+        // All geometry could be read: only now comes what is beside it.
+        library.write_images(images, &mut output).map_err(Stopped::Beside)?;
+        library_file.map_or(Ok(()), |name| output.write(name, [&text[..]])).map_err(Stopped::Beside)
     });
-    written.map_err(failed)?;
+    written.map_err(|stopped| match stopped {
+        Stopped::Document(fault) => failed(fault),
+        Stopped::Beside(error) => error,
+    })?;
     let mut report = output.report;
     report.bytes_written += bytes;
     report.superseded = beside::superseded(path, &stem, "mtl", &report);
     report.files.push(path.to_owned());
     report.notes = notes.list;
     Ok(report)
+}
+
+/// What went wrong, and where.
+enum Stopped {
+    Document(ExportFault),
+    Beside(ExportError),
+}
+
+impl From<ExportFault> for Stopped {
+    fn from(fault: ExportFault) -> Self {
+        Self::Document(fault)
+    }
+}
+
+impl From<std::io::Error> for Stopped {
+    fn from(error: std::io::Error) -> Self {
+        Self::Document(error.into())
+    }
 }
 
 /// What the format does not hold, each once.
@@ -76,7 +105,6 @@ impl Notes {
             (any_node(|n| n.light.is_some()), "/nodes", "OBJ has no punctual lights"),
             (!scene.animations().is_empty(), "/animations", "OBJ has no animations; the pose of the nodes is written"),
             (!scene.skins().is_empty(), "/skins", "OBJ has no skins; meshes are written in the pose of their nodes"),
-            (!scene.variants().is_empty(), "/extensions/KHR_materials_variants", "OBJ has no material variants"),
             (scene.scenes().len() > 1, "/scenes", "OBJ has one scene; the default one is written"),
             (
                 options.images == Images::Embed && !scene.images().is_empty(),
@@ -84,6 +112,9 @@ impl Notes {
                 "OBJ cannot embed images; they are files beside it",
             ),
         ];
+        if let Some(what) = super::variants_left_out(scene, "OBJ") {
+            self.add(VARIANTS.to_owned(), &what);
+        }
         for (_, pointer, what) in list.into_iter().filter(|(is_there, ..)| *is_there) {
             self.add(pointer.to_owned(), what);
         }
@@ -166,7 +197,7 @@ fn write(
         for world in worlds {
             geometry.object(name, Store::<NodeId, Node>::slot(id))?;
             for (primitive, surface) in &surfaces {
-                geometry.primitive(primitive.mode, surface, &world, library.name(primitive.material))?;
+                geometry.primitive(primitive.mode, surface, &world, library.name(scene.shown_material(primitive)))?;
             }
         }
     }

@@ -130,19 +130,8 @@ impl Converter<'_> {
             }
             self.redirect(view, start);
         }
-        let id = self.scene.accessors.insert(Accessor {
-            name: None,
-            view: Some(nth(view)),
-            offset: 0,
-            component_type,
-            normalized: false,
-            count,
-            element_type,
-            min: None,
-            max: None,
-            sparse: None,
-            extra: Extra::default(),
-        });
+        let accessor = Accessor::packed(nth(view), component_type, element_type, count);
+        let id = self.scene.accessors.insert(accessor);
         known.by_view[view] = Some(id);
         Ok(id)
     }

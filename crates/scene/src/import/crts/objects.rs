@@ -121,26 +121,13 @@ impl Converter<'_> {
         let start = self.make_room(size_of_val(&QUAD_INDICES), &place)?;
         self.generated.bytes.extend(QUAD_INDICES.iter().flat_map(|i| i.to_le_bytes()));
         let indices = self.generated_view(start);
-        let accessor = |view, component_type, count, element_type| Accessor {
-            name: None,
-            view: Some(view),
-            offset: 0,
-            component_type,
-            normalized: false,
-            count,
-            element_type,
-            min: None,
-            max: None,
-            sparse: None,
-            extra: Extra::default(),
-        };
-        let mut positions = accessor(positions, ComponentType::F32, 4, ElementType::Vec3);
+        let mut positions = Accessor::packed(positions, ComponentType::F32, ElementType::Vec3, 4);
         if corners.as_flattened().iter().all(|c| c.is_finite()) {
             positions.min = Some(corners[0].map(f64::from).to_vec());
             positions.max = Some(corners[2].map(f64::from).to_vec());
         }
         let positions = self.scene.accessors.insert(positions);
-        let indices = accessor(indices, ComponentType::U32, 6, ElementType::Scalar);
+        let indices = Accessor::packed(indices, ComponentType::U32, ElementType::Scalar, 6);
         let indices = self.scene.accessors.insert(indices);
         let primitive = Primitive {
             attributes: Attributes(vec![("POSITION".to_owned(), positions)]),

@@ -97,5 +97,5 @@ impl Converter<'_> {
 }
 
 fn plain_view(buffer: BufferId, offset: usize, length: usize) -> BufferView {
-    BufferView { name: None, buffer, offset, length, stride: None, target: None, extra: Extra::default() }
+    BufferView::new(buffer, offset, length, None)
 }

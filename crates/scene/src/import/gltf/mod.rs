@@ -5,7 +5,7 @@
 //! the bytes that were read: buffers and images of a GLB are parts of the one block that the file was read into.
 
 mod convert;
-mod extensions;
+pub(crate) mod extensions;
 mod glb;
 mod nodes;
 mod parse;

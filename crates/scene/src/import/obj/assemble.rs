@@ -301,28 +301,9 @@ impl Views<'_> {
         target: u32,
     ) -> AccessorId {
         let length = count * element_type.stored_size(component_type);
-        let view = self.scene.buffer_views.insert(BufferView {
-            name: None,
-            buffer: self.buffer,
-            offset: self.offset,
-            length,
-            stride: None,
-            target: Some(target),
-            extra: Extra::default(),
-        });
+        let view = BufferView::new(self.buffer, self.offset, length, Some(target));
+        let view = self.scene.buffer_views.insert(view);
         self.offset += length;
-        self.scene.accessors.insert(Accessor {
-            name: None,
-            view: Some(view),
-            offset: 0,
-            component_type,
-            normalized: false,
-            count,
-            element_type,
-            min: None,
-            max: None,
-            sparse: None,
-            extra: Extra::default(),
-        })
+        self.scene.accessors.insert(Accessor::packed(view, component_type, element_type, count))
     }
 }
