@@ -4,7 +4,7 @@ use orthant::failure::Failure;
 use orthant::live::{Live, Stopped};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
-use orthant_scene::edit::random::{Choice, Choices, operation, time};
+use orthant_scene::edit::random::{Choice, Choices, merge, operation, time};
 use orthant_scene::edit::script::{Operation, Session};
 use orthant_scene::export::{ExportOptions, Images, gltf::to_glb};
 use orthant_scene::import::ImportOptions;
@@ -23,7 +23,7 @@ pub struct Source {
     pub scene: Scene,
     pub with_backend: bool,
     /// Files that sequences merge now and then.
-    merged: Vec<PathBuf>,
+    merged: Vec<String>,
     every: usize,
     most_nodes: usize,
 }
@@ -42,6 +42,7 @@ impl Source {
         let triangles: usize = derived.mesh_descs.iter().map(|desc| desc.index_count as usize / 3).sum();
         let rows = derived.render_nodes.len() + derived.hierarchy.nodes.len() + triangles;
         let every = every.unwrap_or(rows.div_ceil(ROWS_PER_EDIT)).max(1);
+        let merged = merged.iter().map(|path| path.display().to_string()).collect();
         let most_nodes = (2 * scene.count(Kind::Node)).max(200);
         Ok(Self { name, path, scene, with_backend, merged, every, most_nodes })
     }
@@ -59,9 +60,11 @@ impl Source {
     /// The operation of a choice: random, but that a scene which has become large shrinks, and an empty one grows.
     fn operation(&self, scene: &Scene, choice: Choice) -> Operation {
         let nodes = scene.count(Kind::Node);
-        if choice.0 == u8::MAX && nodes < self.most_nodes && !self.merged.is_empty() {
-            let path = &self.merged[choice.1 as usize % self.merged.len()];
-            return Operation::MergeScene { path: path.display().to_string(), parent: None, label: None };
+        if choice.0 >= u8::MAX - 3
+            && nodes < self.most_nodes
+            && let Some(operation) = merge(scene, &self.merged, choice)
+        {
+            return operation;
         }
         if choice.1 % 6 == 5 && scene.count(Kind::Animation) > 0 {
             return time(scene, choice);

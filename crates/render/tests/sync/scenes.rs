@@ -37,6 +37,10 @@ pub fn parts(nodes: Value, members: Value) -> Document {
         {"emissiveFactor": [1, 1, 0.5]},
         {"alphaMode": "BLEND", "emissiveTexture": {"index": 2}, "emissiveFactor": [1, 1, 1]},
     ]);
+    document.json["cameras"] = json!([
+        {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0.1, "zfar": 10}},
+    ]);
     document.json["extensionsUsed"] = json!(["KHR_lights_punctual", "KHR_animation_pointer", "KHR_node_visibility"]);
     document.json["extensions"]["KHR_lights_punctual"] = json!({"lights": [
         {"type": "point", "intensity": 10}, {"type": "spot", "spot": {}, "intensity": 5},
