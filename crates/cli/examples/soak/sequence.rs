@@ -58,7 +58,7 @@ impl Source {
     }
 
     /// The operation of a choice: random, but that a scene which has become large shrinks, and an empty one grows.
-    fn operation(&self, scene: &Scene, choice: Choice) -> Operation {
+    pub fn operation(&self, scene: &Scene, choice: Choice) -> Operation {
         let nodes = scene.count(Kind::Node);
         if choice.0 >= u8::MAX - 3
             && nodes < self.most_nodes

@@ -9,6 +9,7 @@
 mod common;
 #[path = "../../examples/soak/finding.rs"]
 mod finding;
+mod kinds;
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../examples/soak/minimise.rs"]
 mod minimise;

@@ -43,3 +43,24 @@ fn a_duplicate_writes_its_own_rows() {
     assert_eq!((report.render_nodes, report.blas_built), (2, 0));
     assert_eq!(report.upload_bytes, 2 * 128 + 32, "two rows, one of which emits");
 }
+
+#[test]
+fn following_the_deletion_of_a_thousand_of_a_hundred_thousand_touches_these() {
+    let (groups, size) = (100, 1000);
+    let mut nodes = vec![json!({"children": (1..=groups).collect::<Vec<_>>()})];
+    let first = |group: usize| 1 + groups + group * (size - 1);
+    nodes.extend((0..groups).map(|g| json!({"mesh": 2, "children": (first(g)..first(g + 1)).collect::<Vec<_>>()})));
+    nodes.extend((0..groups * (size - 1)).map(|i| json!({"mesh": 2, "translation": [i, 0, 0]})));
+    let members = json!({"scene": 0, "scenes": [{"nodes": [0]}]});
+    let mut live = Live::new(scenes::parts(nodes.into(), members).import());
+    assert_eq!(live.derived.render_nodes.len(), groups * size);
+    for operation in [json!({"op": "delete", "node": 50}), json!({"op": "undo"}), json!({"op": "redo"})] {
+        live.edit_json(operation.clone());
+        let report = live.sync();
+        assert_eq!(report.render_nodes as usize, size, "{operation}");
+        assert!(report.visited <= 2 * size as u64, "{operation}: {} nodes", report.visited);
+        assert!(report.upload_bytes <= (size * 128 * 5 / 4) as u64, "{operation}: {} bytes", report.upload_bytes);
+        assert_eq!((report.blas_built, report.whole), (0, false), "{operation}");
+    }
+    live.check().unwrap();
+}

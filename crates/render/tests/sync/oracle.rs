@@ -1,4 +1,4 @@
-//! Long random sequences of edits and poses, compared with a full derivation after each.
+//! Random sequences of edits and poses, compared with a full derivation.
 
 use crate::{Live, scenes};
 use orthant_scene::Scene;
@@ -45,11 +45,12 @@ proptest! {
     }
 }
 
+/// One at a time, and with a backend and rays, sequences of this length are followed in the tests of crate `orthant`.
 #[test]
-fn two_hundred_sequences_of_two_hundred_edits_are_followed() {
+fn long_sequences_whose_edits_merge_five_at_a_time_are_followed() {
     let scenes = scenes::all();
-    for seed in 0..200u64 {
+    for seed in 0..60u64 {
         let (name, scene) = &scenes[seed as usize % scenes.len()];
-        drive(name, scene, Choices(seed * 7919).take(200), seed % 3 != 0);
+        drive(name, scene, Choices(seed * 7919).take(200), false);
     }
 }
