@@ -57,7 +57,12 @@ pub fn checked(transform: Transform, now: Option<&Transform>) -> Result<Transfor
             if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
                 return Err(EditError::value("/matrix", "the last row must be 0, 0, 0, 1 (matrices are column-major)"));
             }
-            match decompose(&transform.to_affine()) {
+            let map = transform.to_affine();
+            // A flat matrix has parts, but readers of the file take it for one that has none (the Khronos validator among
+            // them: NODE_MATRIX_NON_TRS).
+            let is_flat = !(map.matrix3.determinant() as f32).is_normal();
+            match decompose(&map) {
+                Some(parts) if is_flat => Ok(parts),
                 Some(_) => Ok(transform),
                 None => Err(EditError::value("/matrix", "it shears, which glTF nodes cannot")),
             }

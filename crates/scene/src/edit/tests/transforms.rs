@@ -52,6 +52,23 @@ fn a_matrix_gives_its_other_parts_unless_it_shears() {
 }
 
 #[test]
+fn a_flat_matrix_is_kept_as_its_parts() {
+    let flat = [0., 0., -3., 0., 0., 0., 0., 0., 2., 0., 0., 0., 7., 8., 9., 1.];
+    let mut scene = with_nodes(json!([{}]), json!([0]));
+    let mut session = session();
+    run(&mut session, &mut scene, json!({"op": "set_transform", "node": 0, "matrix": flat})).unwrap();
+    run(&mut session, &mut scene, json!({"op": "add_node", "matrix": flat})).unwrap();
+    for slot in 0..2 {
+        let transform = &node(&scene, slot).transform;
+        let Transform::Trs { scale, .. } = transform else { panic!("{transform:?}") };
+        assert_eq!(*scale, [3., 0., 2.]);
+        let map = transform.to_affine();
+        let wanted = Transform::Matrix(Box::new(flat)).to_affine();
+        assert!(map.abs_diff_eq(wanted, 1e-12), "{map:?}");
+    }
+}
+
+#[test]
 fn numbers_that_renderers_cannot_hold_are_refused_with_their_member() {
     let mut scene = with_nodes(json!([{}]), json!([0]));
     let mut session = session();
