@@ -1,0 +1,4 @@
+//! The Vulkan backend: it keeps a scene resident on a device by the batches that the CPU backend takes too, and traces
+//! rays there.
+
+pub mod abi;
