@@ -26,6 +26,7 @@ pub mod extent;
 pub mod film;
 pub mod frame;
 pub mod image;
+pub mod lights;
 pub mod math;
 pub mod rows;
 pub mod sampling;

@@ -131,7 +131,7 @@ pub struct SceneTable {
     pub materials: Address,
     /// [`orthant_resident::batch::TextureRow`].
     pub textures: Address,
-    /// [`ImageRow`], by slot of the image table; the descriptor of a slot's image has the same index.
+    /// [`ImageRow`], by slot of the image table.
     pub images: Address,
     /// [`orthant_resident::rows::LightRow`].
     pub lights: Address,
@@ -165,8 +165,12 @@ pub struct ImageRow {
     pub height: u32,
     /// Levels.
     pub levels: u32,
-    /// Whether the colour channels are sRGB-encoded: then they are decoded after the texel is loaded.
+    /// Whether the colour channels are sRGB-encoded, to be decoded after the texel is loaded: 1 for 8 bits, 2 for 16.
     pub srgb: u32,
+    /// Its place in the array of images.
+    pub descriptor: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// How lights are chosen.

@@ -2,3 +2,8 @@
 //! rays there.
 
 pub mod abi;
+pub mod device;
+mod error;
+mod memory;
+
+pub use error::VulkanError;

@@ -3,11 +3,12 @@
 mod frame_check;
 mod job;
 
-use crate::path::lights::{LightChanges, LightTables};
+use crate::path::lights::LightTables;
 use crate::scene::ResidentScene;
 use job::Job;
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
+use orthant_resident::extent::scene_radius;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -43,7 +44,8 @@ impl CpuBackend {
     /// # Errors
     /// The first difference, with the row.
     pub fn validate_lights(&self) -> Result<(), String> {
-        self.lights.validate(&self.scene)
+        let scene = &self.scene;
+        self.lights.validate(scene, scene_radius(&scene.render_nodes, &scene.mesh_descs))
     }
 
     /// Contributions of light that were not finite and were left out, since the backend was made.
@@ -91,7 +93,7 @@ impl Backend for CpuBackend {
     /// Ends the ticket of a frame that is under way.
     fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
         frame_check::check_batch(&batch)?;
-        let changes = LightChanges::new(&self.scene, &batch);
+        let changes = self.scene.light_changes(&batch);
         let report = self.scene.apply(batch)?;
         self.end_job();
         self.lights.update(&self.scene, &changes);

@@ -1,6 +1,7 @@
 //! [`ResidentScene`]: what is resident in memory, and how a batch changes it.
 
 mod check;
+mod lights;
 #[cfg(test)]
 mod follow_tests;
 #[cfg(test)]

@@ -39,6 +39,11 @@ impl Rectangle {
         is_right.then(|| Self { corner, axes: [x, y, x.cross(y)], size: [w, h] })
     }
 
+    /// Its corner, the unit vectors along its sides and across both, and the lengths of the sides.
+    pub fn parts(&self) -> (Vec3, [Vec3; 3], [f32; 2]) {
+        (self.corner, self.axes, self.size)
+    }
+
     /// How it is seen from a point. `None` where it is small: farther than [`FAR`] radii, or with a solid angle below
     /// [`MIN_SOLID_ANGLE`] (the plane through the point included).
     #[inline]

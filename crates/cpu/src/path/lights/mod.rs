@@ -1,24 +1,19 @@
 //! Next event estimation.
 //!
-//! * [`emitter`]: emissive triangles, and [`quad`]: two that are one area light;
+//! * [`emitter`]: emissive triangles, and quads: two that are one area light;
 //! * [`distant`]: the environment map and the sun;
-//! * [`punctual`]: lights without a size;
-//! * [`changes`]: which of them a batch may change, so that [`tables`] follow at the cost of these.
+//! * [`punctual`]: lights without a size.
 //!
-//! How lights are chosen is told in [`orthant_resident::sampling::lights`].
+//! How lights are chosen is told in [`orthant_resident::sampling::lights`], and how the tables follow edits in
+//! [`orthant_resident::lights`].
 
-mod changes;
 pub mod distant;
 pub mod emitter;
 pub mod punctual;
-pub mod quad;
-mod tables;
 #[cfg(test)]
 mod tests;
-mod validate;
 
-pub use changes::LightChanges;
-pub use tables::LightTables;
+pub use orthant_resident::lights::LightTables;
 
 use glam::Vec3;
 

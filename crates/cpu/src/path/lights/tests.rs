@@ -1,7 +1,7 @@
 //! Light tables follow batches: they are those of the rows as they are, at the cost of what changed.
 
-use super::changes::{LightChanges, LightWork};
-use super::tables::LightTables;
+use super::LightTables;
+use orthant_resident::lights::LightWork;
 use crate::scene::ResidentScene;
 use crate::scene::testing::{TestMesh, batch_on, instance, load_batch};
 use glam::{DAffine3, DVec3};
@@ -58,6 +58,10 @@ struct Followed {
 }
 
 impl Followed {
+    fn validate(&self) -> Result<(), String> {
+        self.tables.validate(&self.scene, scene_radius(&self.scene.render_nodes, &self.scene.mesh_descs))
+    }
+
     fn new(batch: SceneBatch) -> Self {
         let mut followed = Self::default();
         followed.apply(batch);
@@ -68,9 +72,9 @@ impl Followed {
         let mut after = self.scene.clone();
         after.apply(batch.clone()).unwrap();
         batch.scene_radius = scene_radius(&after.render_nodes, &after.mesh_descs);
-        let changes = LightChanges::new(&self.scene, &batch);
+        let changes = self.scene.light_changes(&batch);
         self.scene.apply(batch).unwrap();
-        self.tables.update(&self.scene, &changes)
+        self.tables.update(&self.scene, &changes).work
     }
 
     fn nodes(&mut self, rows: Vec<(u32, RenderNodeRow)>, emitters: RowWrites<EmitterRow>) -> LightWork {
@@ -83,7 +87,7 @@ impl Followed {
 
     /// Against tables that were made of the rows as they are.
     fn check(&self) {
-        self.tables.validate(&self.scene).unwrap();
+        self.validate().unwrap();
     }
 }
 
@@ -219,7 +223,7 @@ fn what_differs_from_the_rows_is_found() {
         let mut followed = Followed::new(batch);
         followed.check();
         damage(&mut followed);
-        followed.tables.validate(&followed.scene).unwrap_err()
+        followed.validate().unwrap_err()
     };
     assert!(damaged(&|f| f.scene.render_nodes[5].world.rows[0][3] += 1e-3).contains("emitter 1 "));
     assert!(damaged(&|f| f.scene.render_nodes[6].world.rows[0][3] += 1e6).contains("radius"));

@@ -1,10 +1,10 @@
 //! What a batch may change about lights, and what following it costs.
 
-use crate::scene::ResidentScene;
-use orthant_resident::SceneBatch;
-use orthant_resident::batch::RowWrites;
-use orthant_resident::rows::NONE;
-use orthant_resident::sampling::LightTree;
+use crate::SceneBatch;
+use crate::batch::RowWrites;
+use crate::rows::NONE;
+use crate::sampling::LightTree;
+use crate::sampling::light_tree::LightTreeWrites;
 
 /// Rows that a batch may make others for light sampling. It is taken before the batch is applied: an instance that ceases to
 /// emit says so by its old row.
@@ -23,16 +23,17 @@ pub struct LightChanges {
 }
 
 impl LightChanges {
-    /// Of a batch on a scene. O(the batch).
-    pub fn new(scene: &ResidentScene, batch: &SceneBatch) -> Self {
+    /// Of a batch on a scene with `lights_len` rows in its light buffer; `emitter_of` gives the emitter of a row of its
+    /// render-node buffer, or [`NONE`]. O(the batch).
+    pub fn new(lights_len: usize, emitter_of: impl Fn(u32) -> u32, batch: &SceneBatch) -> Self {
         let mut emitters: Vec<u32> = written(&batch.emitters).collect();
         for (row, new) in batch.render_nodes.ranges.iter().flat_map(|range| (range.first..).zip(&range.rows)) {
-            let old = scene.render_nodes.get(row as usize).map_or(NONE, |old| old.emitter);
+            let old = emitter_of(row);
             emitters.extend([old, new.emitter].into_iter().filter(|&emitter| emitter != NONE));
         }
         Self {
             lights: written(&batch.lights).collect(),
-            lights_len: scene.lights.len(),
+            lights_len,
             emitters,
             primitives: written(&batch.mesh_descs)
                 .chain(batch.blas_builds.iter().chain(&batch.blas_updates).copied())
@@ -44,6 +45,20 @@ impl LightChanges {
 
 fn written<T>(writes: &RowWrites<T>) -> impl Iterator<Item = u32> {
     writes.ranges.iter().flat_map(|range| range.first..range.first + range.rows.len() as u32)
+}
+
+/// What of the tables a batch has changed: what a copy of them has to write.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LightWrites {
+    /// Emitters that were looked at, ascending: those whose quad may be another.
+    pub emitters: Vec<u32>,
+    /// What was written of the tree over emitters, if it was touched.
+    pub emitter_tree: Option<LightTreeWrites>,
+    /// What was written of the tree over punctual lights, if any light was touched; the lists of lights that shine may be
+    /// others then, too.
+    pub punctual: Option<LightTreeWrites>,
+    /// What it has cost.
+    pub work: LightWork,
 }
 
 /// What following a batch has cost.
@@ -58,9 +73,11 @@ pub struct LightWork {
 }
 
 impl LightWork {
-    pub(super) fn count(&mut self, rows: usize, tree: &mut LightTree) {
+    pub(super) fn count(&mut self, rows: usize, tree: &mut LightTree) -> LightTreeWrites {
+        let writes = tree.take_writes();
         self.rows += rows as u64;
         self.visited += tree.take_counters().visited;
-        self.written += tree.take_writes().nodes.len() as u64;
+        self.written += writes.nodes.len() as u64;
+        writes
     }
 }

@@ -1,15 +1,16 @@
-use super::changes::{LightChanges, LightWork};
-use super::quad::Quad;
-use crate::scene::ResidentScene;
+//! [`LightTables`].
+
+use super::changes::{LightChanges, LightWrites};
+use super::{LightRows, Quad};
 use glam::Vec3;
-use orthant_resident::Environment;
-use orthant_resident::environment::{EnvironmentMap, Sun};
-use orthant_resident::math::{safe_normalize, sin_cos_turns};
-use orthant_resident::rows::NONE;
-use orthant_resident::sampling::light_tree::{LightBounds, LightTree};
-use orthant_resident::sampling::lights::{distant_power, sun_integral};
-use orthant_resident::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
-use orthant_resident::slot_tree::SlotTree;
+use crate::Environment;
+use crate::environment::{EnvironmentMap, Sun};
+use crate::math::{safe_normalize, sin_cos_turns};
+use crate::rows::NONE;
+use crate::sampling::light_tree::{LightBounds, LightTree};
+use crate::sampling::lights::{distant_power, sun_integral};
+use crate::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
+use crate::slot_tree::SlotTree;
 use std::collections::BTreeSet;
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -81,7 +82,7 @@ impl LightTables {
             self.map = environment.map.clone();
         }
         self.sun = environment.sun.map(|sun| {
-            let direction = orthant_resident::sampling::environment::rotate_y(Vec3::from(sun.direction), sin, cos);
+            let direction = crate::sampling::environment::rotate_y(Vec3::from(sun.direction), sin, cos);
             Sun {
                 direction: safe_normalize(direction, Vec3::Y).to_array(),
                 radiance: sun.radiance.map(|c| c * environment.intensity),
@@ -92,40 +93,41 @@ impl LightTables {
 
     /// Follows a batch that has been applied; [`Self::weigh_kinds`] is to follow. It costs O(log n) for each light that the
     /// batch may have changed, and nothing for others.
-    pub fn update(&mut self, scene: &ResidentScene, changes: &LightChanges) -> LightWork {
+    pub fn update(&mut self, scene: &impl LightRows, changes: &LightChanges) -> LightWrites {
         self.radius = changes.scene_radius;
-        let mut work = LightWork::default();
-        if !changes.lights.is_empty() || changes.lights_len != scene.lights.len() {
-            self.punctual.update(&scene.lights, changes.lights.iter().copied());
-            work.count(changes.lights.len(), &mut self.punctual.tree);
+        let mut writes = LightWrites::default();
+        if !changes.lights.is_empty() || changes.lights_len != scene.lights().len() {
+            self.punctual.update(scene.lights(), changes.lights.iter().copied());
+            writes.punctual = Some(writes.work.count(changes.lights.len(), &mut self.punctual.tree));
         }
         let emitters = self.touched_emitters(scene, changes);
         if !emitters.is_empty() {
             self.update_emitters(scene, &emitters);
-            work.count(emitters.len(), &mut self.emitters);
+            writes.emitter_tree = Some(writes.work.count(emitters.len(), &mut self.emitters));
         }
-        work
+        writes.emitters = emitters;
+        writes
     }
 
     /// The emitters that a batch may have changed, ascending.
-    fn touched_emitters(&self, scene: &ResidentScene, changes: &LightChanges) -> Vec<u32> {
+    fn touched_emitters(&self, scene: &impl LightRows, changes: &LightChanges) -> Vec<u32> {
         let mut emitters = changes.emitters.clone();
         for &primitive in &changes.primitives {
             emitters.extend(self.by_primitive.range((primitive, 0)..=(primitive, NONE)).map(|&(_, emitter)| emitter));
         }
-        emitters.extend(scene.emitters.len() as u32..self.primitives.len() as u32);
+        emitters.extend(scene.emitters().len() as u32..self.primitives.len() as u32);
         emitters.sort_unstable();
         emitters.dedup();
         emitters
     }
 
-    fn update_emitters(&mut self, scene: &ResidentScene, touched: &[u32]) {
+    fn update_emitters(&mut self, scene: &impl LightRows, touched: &[u32]) {
         let mut bounds = Vec::with_capacity(touched.len());
         let mut primitives = Vec::with_capacity(touched.len());
         for &emitter in touched {
-            let row = scene.emitters.get(emitter as usize);
-            let node = row.and_then(|row| scene.render_nodes.get(row.render_node as usize));
-            let desc = node.and_then(|node| scene.mesh_descs.get(node.primitive as usize));
+            let row = scene.emitters().get(emitter as usize);
+            let node = row.and_then(|row| scene.emitting_node(row.render_node));
+            let desc = node.and_then(|node| scene.mesh_desc(node.primitive));
             let (mut quad, mut light) = (None, None);
             if let (Some(row), Some(node), Some(desc)) = (row, node, desc) {
                 quad = Quad::new(scene, node, desc);
@@ -137,9 +139,9 @@ impl LightTables {
             primitives.push((emitter, node.map_or(NONE, |node| node.primitive)));
         }
         self.emitters.update(&bounds);
-        self.index_primitives(scene.emitters.len(), &primitives);
+        self.index_primitives(scene.emitters().len(), &primitives);
         self.power
-            .update(scene.emitters.len(), touched.iter().copied(), |emitter| f64::from(scene.emitters[emitter].power));
+            .update(scene.emitters().len(), touched.iter().copied(), |emitter| f64::from(scene.emitters()[emitter].power));
     }
 
     /// Keeps the emitters by primitive.
@@ -164,6 +166,11 @@ impl LightTables {
             let known = (0..).zip(&self.primitives).filter(|&(_, &primitive)| primitive != NONE);
             self.by_primitive = known.map(|(emitter, &primitive)| (primitive, emitter)).collect();
         }
+    }
+
+    /// The emitters that are quads, by row of the emitter buffer; it ends after the last one that was ever a quad.
+    pub fn quads(&self) -> &[Option<Quad>] {
+        &self.quads
     }
 
     /// The quad that a row of the emitter buffer is.

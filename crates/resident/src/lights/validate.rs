@@ -1,21 +1,19 @@
 //! Whether tables that have followed batches are those of the rows as they are.
 
-use super::{LightChanges, LightTables};
-use crate::scene::ResidentScene;
-use orthant_resident::extent::scene_radius;
+use super::{LightChanges, LightRows, LightTables};
 
 impl LightTables {
-    /// Compares with tables that are made anew, but for the shape of the trees. Looks at everything.
+    /// Compares with tables that are made anew, but for the shape of the trees; `radius` is that of the scene
+    /// ([`crate::extent::scene_radius`]). Looks at everything.
     ///
     /// # Errors
     /// The first difference, with the row.
-    pub fn validate(&self, scene: &ResidentScene) -> Result<(), String> {
-        let radius = scene_radius(&scene.render_nodes, &scene.mesh_descs);
+    pub fn validate(&self, scene: &impl LightRows, radius: f32) -> Result<(), String> {
         let mut fresh = Self::default();
         let everything = LightChanges {
-            lights: (0..scene.lights.len() as u32).collect(),
+            lights: (0..scene.lights().len() as u32).collect(),
             lights_len: 0,
-            emitters: (0..scene.emitters.len() as u32).collect(),
+            emitters: (0..scene.emitters().len() as u32).collect(),
             primitives: Vec::new(),
             scene_radius: radius,
         };
@@ -55,7 +53,7 @@ impl LightTables {
                 return Err(format!("the {kind} lights are {a:?}, and should be {b:?}"));
             }
         }
-        for light in 0..self.punctual.tree.leaves.len().max(scene.lights.len()) as u32 {
+        for light in 0..self.punctual.tree.leaves.len().max(scene.lights().len()) as u32 {
             let (a, b) = (self.punctual.tree.get(light), fresh.punctual.tree.get(light));
             if a != b {
                 return Err(format!("light {light} is {a:?} in its tree, and should be {b:?}"));

@@ -1,12 +1,11 @@
 //! Emissive parallelograms: area lights. Where one is a rectangle in the world, and not too small as seen from a surface,
 //! directions to it are uniform; else its points are.
 
-use crate::path::surface::corner_rows;
-use crate::scene::ResidentScene;
+use super::LightRows;
 use glam::{Vec2, Vec3};
-use orthant_resident::math::safe_normalize;
-use orthant_resident::rows::{MeshDesc, NodeFlags, RenderNodeRow};
-use orthant_resident::sampling::{Rectangle, SphericalRectangle};
+use crate::math::safe_normalize;
+use crate::rows::{MeshDesc, NodeFlags, RenderNodeRow};
+use crate::sampling::{Rectangle, SphericalRectangle};
 
 /// A parallelogram in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +20,10 @@ pub struct Quad {
 
 impl Quad {
     /// The instance's, if its primitive is one.
-    pub fn new(scene: &ResidentScene, node: &RenderNodeRow, desc: &MeshDesc) -> Option<Self> {
+    pub fn new(scene: &impl LightRows, node: &RenderNodeRow, desc: &MeshDesc) -> Option<Self> {
         let opposite = desc.parallelogram()?;
-        let rows = corner_rows(scene, desc, 0);
-        let [p, next, last] = [0, 1, 2].map(|k| Vec3::from_array(scene.positions[rows[(opposite[0] + k) % 3]]));
+        let corners = scene.first_triangle(node.primitive)?;
+        let [p, next, last] = [0, 1, 2].map(|k| Vec3::from_array(corners[(opposite[0] + k) % 3]));
         let sides = [next - p, last - p].map(|side| node.world.transform_vector(side));
         let rectangle = Rectangle::new(node.world.transform_point(p), sides);
         Some(Self { normal: sides[0].cross(sides[1]), rectangle, opposite })
@@ -34,6 +33,16 @@ impl Quad {
     pub fn front(&self, node: &RenderNodeRow) -> Vec3 {
         let normal = safe_normalize(self.normal, Vec3::ZERO);
         if node.flags & NodeFlags::MIRRORED != 0 { -normal } else { normal }
+    }
+
+    /// The rectangle that it is, if it is one.
+    pub fn rectangle(&self) -> Option<&Rectangle> {
+        self.rectangle.as_ref()
+    }
+
+    /// See [`MeshDesc::parallelogram`].
+    pub fn opposite(&self) -> [usize; 2] {
+        self.opposite
     }
 
     /// How it is seen from a point; `None` where it is to be sampled by area.

@@ -1,0 +1,182 @@
+//! The device: loader, instance, choice among the devices that are there, queue, extensions.
+//!
+//! The loader is opened at run time; a machine without Vulkan runs everything but this backend.
+
+#![allow(unsafe_code, reason = "Vulkan is a C interface")]
+
+mod debug;
+mod probe;
+
+pub use debug::Messages;
+pub use probe::{DeviceInfo, Features, list};
+
+use crate::error::{During, Result, VulkanError};
+use ash::{khr, vk};
+use debug::Messenger;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::{CStr, c_char};
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex};
+
+/// The version that is asked for.
+pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_3;
+
+/// Which device, and how it is watched.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// Index in [`list`], or a part of the name, whatever its case. Without it the first fit one: discrete ones come first.
+    pub device: Option<String>,
+    /// Run under the validation layers, which have to be installed.
+    pub validate: bool,
+}
+
+/// An instance of the loader.
+pub(crate) struct Instance {
+    // Never read, but what the functions below were loaded from.
+    _entry: ash::Entry,
+    pub raw: ash::Instance,
+    messenger: Option<Messenger>,
+}
+
+impl Instance {
+    pub fn new(validate: bool) -> Result<Self> {
+        // SAFETY: the loader is the system's; nothing else is run by opening it.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| VulkanError::NoLoader(e.to_string()))?;
+        let application = vk::ApplicationInfo::default().application_name(c"orthant").api_version(API_VERSION);
+        let mut layers: Vec<*const c_char> = Vec::new();
+        let mut extensions: Vec<*const c_char> = Vec::new();
+        if validate {
+            const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+            // SAFETY: the entry is loaded.
+            let known = unsafe { entry.enumerate_instance_layer_properties() }.during("cannot list Vulkan's layers")?;
+            if !known.iter().any(|layer| layer.layer_name_as_c_str() == Ok(LAYER)) {
+                let what = "the Vulkan validation layers are not installed; install them, or render without --validate";
+                return Err(VulkanError::NoDevice(what.to_owned()));
+            }
+            layers.push(LAYER.as_ptr());
+            extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+        }
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        let mut messages = debug::create_info();
+        if validate {
+            info = info.push_next(&mut messages);
+        }
+        // SAFETY: all that `info` points to lives until the call returns.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|source| match source {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                VulkanError::NoDevice("no Vulkan driver is installed; install one, or use --backend cpu".to_owned())
+            }
+            source => VulkanError::Call { what: "cannot open Vulkan", source },
+        })?;
+        let messenger = if validate { Some(Messenger::new(&entry, &raw)?) } else { None };
+        Ok(Self { _entry: entry, raw, messenger })
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        drop(self.messenger.take());
+        // SAFETY: everything made from the instance holds it alive, and is gone.
+        unsafe { self.raw.destroy_instance(None) };
+    }
+}
+
+/// A device with one queue, which takes all work in the order in which it is handed in.
+pub struct Device {
+    pub(crate) raw: ash::Device,
+    pub(crate) queue: vk::Queue,
+    pub(crate) queue_family: u32,
+    pub(crate) accel: khr::acceleration_structure::Device,
+    pub(crate) tracing: khr::ray_tracing_pipeline::Device,
+    pub(crate) info: DeviceInfo,
+    pub(crate) allocator: Mutex<ManuallyDrop<Allocator>>,
+    instance: Instance,
+}
+
+impl Device {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// If there is no loader, no device, none of that name, or the one that is asked for (or every one) is unfit: the error
+    /// says of each why.
+    pub fn open(options: &DeviceOptions) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.validate)?;
+        let all = probe::list_of(&instance.raw)?;
+        let (physical, info) = probe::choose(all, options.device.as_deref())?;
+        let priorities = [1.0];
+        let queues =
+            [vk::DeviceQueueCreateInfo::default().queue_family_index(info.queue_family).queue_priorities(&priorities)];
+        let names: Vec<*const c_char> = probe::REQUIRED.iter().map(|name| name.as_ptr()).collect();
+        let mut enabled = probe::Enabled::default();
+        let mut features = enabled.chain();
+        let create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&names)
+            .push_next(&mut features);
+        // SAFETY: the physical device is of this instance, and all that `create` points to lives until the call returns.
+        let raw =
+            unsafe { instance.raw.create_device(physical, &create, None) }.during("cannot open the Vulkan device")?;
+        // SAFETY: the queue was asked for above.
+        let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: true,
+            allocation_sizes: Default::default(),
+        });
+        let allocator = match allocator {
+            Ok(allocator) => allocator,
+            Err(error) => {
+                // SAFETY: nothing has been made from the device yet.
+                unsafe { raw.destroy_device(None) };
+                let (what, why) = ("cannot set up device memory", error.to_string());
+                return Err(VulkanError::Allocation { what, bytes: 0, why });
+            }
+        };
+        tracing::debug!(device = info.name, driver = info.driver, "opened a Vulkan device");
+        Ok(Arc::new(Self {
+            accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
+            tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
+            queue,
+            queue_family: info.queue_family,
+            info,
+            allocator: Mutex::new(ManuallyDrop::new(allocator)),
+            raw,
+            instance,
+        }))
+    }
+
+    /// What it is and can do.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    /// What the validation layers have said so far; `None` without them.
+    pub fn messages(&self) -> Option<Messages> {
+        self.instance.messenger.as_ref().map(Messenger::messages)
+    }
+
+    /// Bytes that are allocated on the device and of mapped host memory, and allocations.
+    pub fn allocated(&self) -> (u64, usize) {
+        let allocator = self.allocator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let report = allocator.generate_report();
+        (report.total_allocated_bytes, report.allocations.len())
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        let allocator = self.allocator.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        // SAFETY: it is dropped once, here; all allocations hold the device alive and are gone. Work that was handed in has
+        // been waited for by whoever handed it in (`Queue`).
+        unsafe {
+            ManuallyDrop::drop(allocator);
+            self.raw.destroy_device(None);
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Which devices there are, what each can do, and why one is unfit.
+
+use super::Instance;
+use crate::error::{During, Result, VulkanError};
+use ash::{khr, vk};
+use std::ffi::CStr;
+
+/// Extensions without which nothing can be traced.
+pub(super) const REQUIRED: [&CStr; 3] =
+    [khr::deferred_host_operations::NAME, khr::acceleration_structure::NAME, khr::ray_tracing_pipeline::NAME];
+
+/// What a device can do beyond what is required.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// `VK_KHR_ray_query`.
+    pub ray_query: bool,
+    /// `VK_NV_ray_tracing_invocation_reorder`.
+    pub invocation_reorder: bool,
+    /// `VK_KHR_ray_tracing_position_fetch`.
+    pub position_fetch: bool,
+    /// `VK_EXT_opacity_micromap`.
+    pub opacity_micromap: bool,
+    /// `VK_EXT_mesh_shader`.
+    pub mesh_shader: bool,
+}
+
+/// A device as it is listed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceInfo {
+    /// Place in the list.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// The driver and its version, in the driver's own words.
+    pub driver: String,
+    /// Version of Vulkan that it speaks, such as `1.3.296`.
+    pub api: String,
+    /// What it is: `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    /// Bytes of its own memory.
+    pub memory: u64,
+    /// What it can do beyond what is required.
+    pub features: Features,
+    /// Why it cannot be used, each with what is missing; empty for one that can.
+    pub unfit: Vec<String>,
+    pub(crate) queue_family: u32,
+    pub(crate) limits: Limits,
+}
+
+/// Sizes and alignments that the device asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Limits {
+    pub handle_size: u32,
+    pub handle_alignment: u32,
+    pub base_alignment: u32,
+    pub scratch_alignment: u64,
+    pub timestamp_period: f32,
+    pub max_images: u32,
+    pub max_dispatch: u32,
+}
+
+impl DeviceInfo {
+    /// Whether it is a processor that pretends to be a device.
+    pub fn is_software(&self) -> bool {
+        self.kind == "cpu"
+    }
+}
+
+/// The devices of this machine, fit ones first, discrete ones before others.
+///
+/// # Errors
+/// If there is no loader or no driver.
+pub fn list() -> Result<Vec<DeviceInfo>> {
+    let instance = Instance::new(false)?;
+    Ok(list_of(&instance.raw)?.into_iter().map(|(_, info)| info).collect())
+}
+
+pub(super) fn list_of(instance: &ash::Instance) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
+    // SAFETY: the instance lives.
+    let physical = unsafe { instance.enumerate_physical_devices() }.during("cannot list the Vulkan devices")?;
+    let mut all: Vec<_> = physical.into_iter().map(|device| (device, probe(instance, device))).collect();
+    all.sort_by_key(|(_, info)| (!info.unfit.is_empty(), rank(info.kind)));
+    for (index, (_, info)) in all.iter_mut().enumerate() {
+        info.index = index;
+    }
+    Ok(all)
+}
+
+fn rank(kind: &str) -> usize {
+    ["discrete", "integrated", "virtual", "other", "cpu"].iter().position(|k| *k == kind).unwrap_or(3)
+}
+
+/// The device that is asked for.
+pub(super) fn choose(
+    all: Vec<(vk::PhysicalDevice, DeviceInfo)>,
+    asked: Option<&str>,
+) -> Result<(vk::PhysicalDevice, DeviceInfo)> {
+    let listed = |all: &[(vk::PhysicalDevice, DeviceInfo)]| {
+        let line = |(_, info): &(_, DeviceInfo)| match info.unfit.is_empty() {
+            true => format!("{} {}", info.index, info.name),
+            false => format!("{} {} (unfit: {})", info.index, info.name, info.unfit.join(", ")),
+        };
+        all.iter().map(line).collect::<Vec<_>>().join("; ")
+    };
+    let refuse = |what: String| Err(VulkanError::NoDevice(what));
+    if all.is_empty() {
+        return refuse("there is no Vulkan device; install a driver, or use --backend cpu".to_owned());
+    }
+    let found = match asked {
+        None => all.iter().position(|(_, info)| info.unfit.is_empty()),
+        Some(asked) => match asked.parse::<usize>() {
+            Ok(index) => (index < all.len()).then_some(index),
+            Err(_) => {
+                let asked = asked.to_lowercase();
+                all.iter().position(|(_, info)| info.name.to_lowercase().contains(&asked))
+            }
+        },
+    };
+    let Some(found) = found else {
+        return match asked {
+            Some(asked) => refuse(format!("there is no Vulkan device {asked:?}; there are: {}", listed(&all))),
+            None => refuse(format!("no Vulkan device can trace rays: {}; use --backend cpu", listed(&all))),
+        };
+    };
+    let mut all = all;
+    let (physical, info) = all.swap_remove(found);
+    if !info.unfit.is_empty() {
+        let what = format!("{} cannot be used: {}; use --backend cpu", info.name, info.unfit.join(", "));
+        return refuse(what);
+    }
+    Ok((physical, info))
+}
+
+/// The features that are switched on.
+#[derive(Default)]
+pub(super) struct Enabled {
+    v11: vk::PhysicalDeviceVulkan11Features<'static>,
+    v12: vk::PhysicalDeviceVulkan12Features<'static>,
+    v13: vk::PhysicalDeviceVulkan13Features<'static>,
+    accel: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
+    tracing: vk::PhysicalDeviceRayTracingPipelineFeaturesKHR<'static>,
+}
+
+/// What is required, as (name, from the device's features, in what is switched on).
+macro_rules! features {
+    ($($part:ident . $field:ident $name:literal;)*) => {
+        impl Enabled {
+            fn missing(&self) -> impl Iterator<Item = &'static str> {
+                [$((self.$part.$field == vk::TRUE, $name)),*].into_iter().filter(|(has, _)| !has).map(|(_, name)| name)
+            }
+
+            /// All of them, to be switched on.
+            pub fn chain(&mut self) -> vk::PhysicalDeviceFeatures2<'_> {
+                *self = Self::default();
+                $(self.$part.$field = vk::TRUE;)*
+                let core = vk::PhysicalDeviceFeatures::default().shader_int64(true);
+                vk::PhysicalDeviceFeatures2::default()
+                    .features(core)
+                    .push_next(&mut self.v11)
+                    .push_next(&mut self.v12)
+                    .push_next(&mut self.v13)
+                    .push_next(&mut self.accel)
+                    .push_next(&mut self.tracing)
+            }
+        }
+    };
+}
+
+features! {
+    v12.buffer_device_address "buffer device address";
+    v12.descriptor_indexing "descriptor indexing";
+    v12.runtime_descriptor_array "runtime descriptor arrays";
+    v12.shader_sampled_image_array_non_uniform_indexing "non-uniform indexing of images";
+    v12.descriptor_binding_partially_bound "partially bound descriptors";
+    v12.descriptor_binding_sampled_image_update_after_bind "update of images after binding";
+    v12.descriptor_binding_variable_descriptor_count "variable descriptor counts";
+    v12.timeline_semaphore "timeline semaphores";
+    v12.scalar_block_layout "scalar block layout";
+    v12.host_query_reset "reset of queries by the host";
+    v12.vulkan_memory_model "the Vulkan memory model";
+    v12.vulkan_memory_model_device_scope "device scope of the Vulkan memory model";
+    v13.synchronization2 "synchronization2";
+    v13.maintenance4 "maintenance4";
+    accel.acceleration_structure "acceleration structures";
+    tracing.ray_tracing_pipeline "ray tracing pipelines";
+}
+
+fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
+    // SAFETY: the device is of this instance.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(device) }.unwrap_or_default();
+    let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut indexing = vk::PhysicalDeviceDescriptorIndexingProperties::default();
+    let mut tracing = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
+    let mut accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut indexing);
+    if has(khr::ray_tracing_pipeline::NAME) && has(khr::acceleration_structure::NAME) {
+        properties = properties.push_next(&mut tracing).push_next(&mut accel);
+    }
+    // SAFETY: the chain holds structures that the device knows.
+    unsafe { instance.get_physical_device_properties2(device, &mut properties) };
+    let base = properties.properties;
+
+    let mut unfit = Vec::new();
+    if base.api_version < super::API_VERSION {
+        unfit.push("Vulkan 1.3".to_owned());
+    }
+    let absent = REQUIRED.iter().filter(|name| !has(name));
+    unfit.extend(absent.map(|name| name.to_string_lossy().into_owned()));
+    let mut found = Enabled::default();
+    if unfit.is_empty() {
+        let mut chain = vk::PhysicalDeviceFeatures2::default()
+            .push_next(&mut found.v11)
+            .push_next(&mut found.v12)
+            .push_next(&mut found.v13)
+            .push_next(&mut found.accel)
+            .push_next(&mut found.tracing);
+        // SAFETY: the chain holds structures that the device knows.
+        unsafe { instance.get_physical_device_features2(device, &mut chain) };
+        if chain.features.shader_int64 == vk::FALSE {
+            unfit.push("64-bit integers in shaders".to_owned());
+        }
+        unfit.extend(found.missing().map(str::to_owned));
+    }
+    // SAFETY: the device is of this instance.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let family = families.iter().position(|family| family.queue_flags.contains(wanted));
+    if family.is_none() {
+        unfit.push("a queue for graphics and compute".to_owned());
+    }
+    // SAFETY: the device is of this instance.
+    let memory = unsafe { instance.get_physical_device_memory_properties(device) };
+    let own = memory.memory_heaps_as_slice().iter().filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+    let words = |text: std::result::Result<&CStr, _>| text.map_or_else(|_| String::new(), |t: &CStr| t.to_string_lossy().into_owned());
+    let api = base.api_version;
+    DeviceInfo {
+        index: 0,
+        name: words(base.device_name_as_c_str()),
+        driver: format!("{} {}", words(driver.driver_name_as_c_str()), words(driver.driver_info_as_c_str())),
+        api: format!(
+            "{}.{}.{}",
+            vk::api_version_major(api),
+            vk::api_version_minor(api),
+            vk::api_version_patch(api)
+        ),
+        kind: match base.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+            vk::PhysicalDeviceType::CPU => "cpu",
+            _ => "other",
+        },
+        memory: own.map(|heap| heap.size).sum(),
+        features: Features {
+            ray_query: has(c"VK_KHR_ray_query"),
+            invocation_reorder: has(c"VK_NV_ray_tracing_invocation_reorder"),
+            position_fetch: has(c"VK_KHR_ray_tracing_position_fetch"),
+            opacity_micromap: has(c"VK_EXT_opacity_micromap"),
+            mesh_shader: has(c"VK_EXT_mesh_shader"),
+        },
+        unfit,
+        queue_family: family.unwrap_or(0) as u32,
+        limits: Limits {
+            handle_size: tracing.shader_group_handle_size,
+            handle_alignment: tracing.shader_group_handle_alignment,
+            base_alignment: tracing.shader_group_base_alignment,
+            scratch_alignment: u64::from(accel.min_acceleration_structure_scratch_offset_alignment).max(1),
+            timestamp_period: base.limits.timestamp_period,
+            max_images: indexing.max_per_stage_descriptor_update_after_bind_sampled_images,
+            max_dispatch: base.limits.max_compute_work_group_count[0],
+        },
+    }
+}

@@ -1,0 +1,276 @@
+//! [`Queue`]: work in the order in which it is handed in, counted by a timeline semaphore.
+
+#![allow(unsafe_code, reason = "Vulkan is a C interface")]
+
+use crate::device::Device;
+use crate::error::{During, Result};
+use ash::vk;
+use std::any::Any;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Command buffers that may be under way at once; one more waits for the first.
+const IN_FLIGHT: usize = 16;
+
+/// The device's queue.
+pub(crate) struct Queue {
+    device: Arc<Device>,
+    pool: vk::CommandPool,
+    timeline: vk::Semaphore,
+    /// Command buffers by the submission that they were handed in with, oldest first.
+    flying: VecDeque<(u64, vk::CommandBuffer)>,
+    idle: Vec<vk::CommandBuffer>,
+    /// Number of the last submission.
+    last: u64,
+    /// What to drop once a submission is done.
+    retired: VecDeque<(u64, Box<dyn Any + Send>)>,
+    /// How often the host has waited for the device, whatever for.
+    pub waits: u64,
+}
+
+/// Commands that are being recorded.
+pub(crate) struct Commands {
+    device: Arc<Device>,
+    pub raw: vk::CommandBuffer,
+}
+
+impl Queue {
+    pub fn new(device: &Arc<Device>) -> Result<Self> {
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER | vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: the device lives, and has this queue family.
+        let pool = unsafe { device.raw.create_command_pool(&info, None) }.during("cannot make a command pool")?;
+        let mut kind = vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+        let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
+        // SAFETY: as above; the device has the feature.
+        let timeline = unsafe { device.raw.create_semaphore(&info, None) }.during("cannot make a semaphore");
+        let timeline = timeline.inspect_err(|_| {
+            // SAFETY: nothing was made from the pool.
+            unsafe { device.raw.destroy_command_pool(pool, None) }
+        })?;
+        let (flying, idle, retired) = (VecDeque::new(), Vec::new(), VecDeque::new());
+        Ok(Self { device: device.clone(), pool, timeline, flying, idle, last: 0, retired, waits: 0 })
+    }
+
+    /// Begins a command buffer.
+    pub fn begin(&mut self) -> Result<Commands> {
+        self.collect()?;
+        if self.flying.len() >= IN_FLIGHT {
+            // SYNC: back-pressure: the device is this many submissions behind, and recording more would only grow memory.
+            let oldest = self.flying[0].0;
+            self.wait(oldest, Duration::MAX)?;
+            self.collect()?;
+        }
+        let raw = match self.idle.pop() {
+            Some(raw) => raw,
+            None => {
+                let info = vk::CommandBufferAllocateInfo::default()
+                    .command_pool(self.pool)
+                    .level(vk::CommandBufferLevel::PRIMARY)
+                    .command_buffer_count(1);
+                // SAFETY: the pool is of this device.
+                unsafe { self.device.raw.allocate_command_buffers(&info) }.during("cannot make a command buffer")?[0]
+            }
+        };
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the command buffer is not in flight: it is new, or its submission is done.
+        unsafe { self.device.raw.begin_command_buffer(raw, &info) }.during("cannot record commands")?;
+        Ok(Commands { device: self.device.clone(), raw })
+    }
+
+    /// Hands commands in. The number of the submission, by which to wait for it.
+    pub fn submit(&mut self, commands: Commands) -> Result<u64> {
+        // SAFETY: the command buffer is being recorded.
+        unsafe { self.device.raw.end_command_buffer(commands.raw) }.during("cannot record commands")?;
+        let number = self.last + 1;
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands.raw)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(self.timeline)
+            .value(number)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers).signal_semaphore_infos(&signals)];
+        // SAFETY: `&mut self` is the only way to the queue; what the commands use is kept until the submission is done.
+        unsafe { self.device.raw.queue_submit2(self.device.queue, &info, vk::Fence::null()) }
+            .during("the device refused the work")?;
+        self.last = number;
+        self.flying.push_back((number, commands.raw));
+        Ok(number)
+    }
+
+    /// Gives commands up that were not handed in.
+    pub fn abandon(&mut self, commands: Commands) {
+        // SAFETY: it is being recorded, and nobody else has it.
+        let ended = unsafe { self.device.raw.end_command_buffer(commands.raw) };
+        if ended.is_ok() {
+            self.idle.push(commands.raw);
+        }
+    }
+
+    /// The number of the last submission that is done.
+    pub fn done(&self) -> Result<u64> {
+        // SAFETY: the semaphore is a timeline of this device.
+        unsafe { self.device.raw.get_semaphore_counter_value(self.timeline) }.during("the device does not answer")
+    }
+
+    /// The number that the next submission will have.
+    pub fn next(&self) -> u64 {
+        self.last + 1
+    }
+
+    /// The number of the last submission.
+    pub fn last(&self) -> u64 {
+        self.last
+    }
+
+    /// Waits for a submission, or for a time. Whether it is done. Callers say why they wait.
+    pub fn wait(&mut self, number: u64, limit: Duration) -> Result<bool> {
+        if self.done()? >= number {
+            return Ok(true);
+        }
+        self.waits += 1;
+        let (semaphores, values) = ([self.timeline], [number]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        let nanoseconds = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+        // SAFETY: the semaphore is a timeline of this device, and the number is or will be signalled by a submission.
+        match unsafe { self.device.raw.wait_semaphores(&info, nanoseconds) } {
+            Ok(()) => Ok(true),
+            Err(vk::Result::TIMEOUT) => Ok(false),
+            Err(error) => Err(error).during("the device does not answer"),
+        }
+    }
+
+    /// Drops something when all that has been handed in, and what is being recorded now, is done.
+    pub fn retire(&mut self, what: impl Any + Send) {
+        self.retired.push_back((self.next(), Box::new(what)));
+    }
+
+    /// Takes back what finished work does not need any more. Never waits.
+    pub fn collect(&mut self) -> Result<()> {
+        let done = self.done()?;
+        while let Some(&(number, raw)) = self.flying.front() {
+            if number > done {
+                break;
+            }
+            self.flying.pop_front();
+            self.idle.push(raw);
+        }
+        while self.retired.front().is_some_and(|(number, _)| *number <= done) {
+            self.retired.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Things that wait to be dropped.
+    pub fn retired(&self) -> usize {
+        self.retired.len()
+    }
+}
+
+impl Drop for Queue {
+    fn drop(&mut self) {
+        // SYNC: the end: what is in flight must be done before its memory goes. A lost device is done.
+        if self.wait(self.last, Duration::MAX).is_err() {
+            tracing::warn!("the Vulkan device did not finish its work");
+        }
+        self.retired.clear();
+        // SAFETY: nothing is in flight any more.
+        unsafe {
+            self.device.raw.destroy_semaphore(self.timeline, None);
+            self.device.raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+/// Everything, as a barrier has it.
+const ALL: vk::PipelineStageFlags2 = vk::PipelineStageFlags2::ALL_COMMANDS;
+const READS_AND_WRITES: vk::AccessFlags2 =
+    vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw());
+
+impl Commands {
+    /// Copies parts of a buffer.
+    pub fn copy(&mut self, from: vk::Buffer, to: vk::Buffer, parts: &[vk::BufferCopy]) {
+        if !parts.is_empty() {
+            // SAFETY: both buffers live until the commands are done, and callers keep to their sizes.
+            unsafe { self.device.raw.cmd_copy_buffer(self.raw, from, to, parts) };
+        }
+    }
+
+    /// Sets bytes of a buffer, both numbers multiples of 4.
+    pub fn fill(&mut self, buffer: vk::Buffer, offset: u64, size: u64, value: u32) {
+        if size > 0 {
+            // SAFETY: as for `copy`.
+            unsafe { self.device.raw.cmd_fill_buffer(self.raw, buffer, offset, size, value) };
+        }
+    }
+
+    /// Writes at most 64 KiB that travel with the commands.
+    pub fn update(&mut self, buffer: vk::Buffer, offset: u64, bytes: &[u8]) {
+        // SAFETY: as for `copy`; rows are multiples of 4 bytes.
+        unsafe { self.device.raw.cmd_update_buffer(self.raw, buffer, offset, bytes) };
+    }
+
+    fn barrier(&mut self, from: (vk::PipelineStageFlags2, vk::AccessFlags2), to: (vk::PipelineStageFlags2, vk::AccessFlags2)) {
+        let memory = [vk::MemoryBarrier2::default()
+            .src_stage_mask(from.0)
+            .src_access_mask(from.1)
+            .dst_stage_mask(to.0)
+            .dst_access_mask(to.1)];
+        let info = vk::DependencyInfo::default().memory_barriers(&memory);
+        // SAFETY: the command buffer is being recorded.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    /// The device that they are for.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Copies parts of a buffer into an image that is in the layout for it.
+    pub fn copy_to_image(&mut self, from: vk::Buffer, to: vk::Image, parts: &[vk::BufferImageCopy]) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        // SAFETY: as for `copy`.
+        unsafe { self.device.raw.cmd_copy_buffer_to_image(self.raw, from, to, layout, parts) };
+    }
+
+    /// Brings an image from a layout and its last use to another layout and its next use.
+    pub fn transition(
+        &mut self,
+        image: vk::Image,
+        range: vk::ImageSubresourceRange,
+        (old, from): (vk::ImageLayout, (vk::PipelineStageFlags2, vk::AccessFlags2)),
+        (new, to): (vk::ImageLayout, (vk::PipelineStageFlags2, vk::AccessFlags2)),
+    ) {
+        let barrier = [vk::ImageMemoryBarrier2::default()
+            .image(image)
+            .subresource_range(range)
+            .old_layout(old)
+            .new_layout(new)
+            .src_stage_mask(from.0)
+            .src_access_mask(from.1)
+            .dst_stage_mask(to.0)
+            .dst_access_mask(to.1)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barrier);
+        // SAFETY: the image lives until the commands are done.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.raw, &info) };
+    }
+
+    /// What follows waits for all before it, handed in earlier or in these commands, and sees what it wrote.
+    pub fn full_barrier(&mut self) {
+        self.barrier((ALL, READS_AND_WRITES), (ALL, READS_AND_WRITES));
+    }
+
+    /// Before writes to what earlier frames may still read.
+    pub fn begin_writes(&mut self) {
+        self.full_barrier();
+    }
+
+    /// Between transfers that touch the same bytes.
+    pub fn transfer_barrier(&mut self) {
+        let transfer = (vk::PipelineStageFlags2::ALL_TRANSFER, READS_AND_WRITES);
+        self.barrier(transfer, transfer);
+    }
+}

@@ -1,0 +1,202 @@
+//! [`Staging`]: the ring of mapped memory through which bytes go to the device, and [`Uploads`]: one batch's use of it.
+
+use super::{Arena, Buffer, Commands, Place, Queue};
+use crate::device::Device;
+use crate::error::Result;
+use ash::vk;
+use orthant_resident::batch::RowWrites;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The ring. What lies between `tail` and `head` (both count bytes from the start, and never go back) is in use.
+pub(crate) struct Staging {
+    buffer: Buffer,
+    head: u64,
+    tail: u64,
+    /// Up to where the ring is in use by a submission and those before it.
+    marks: VecDeque<(u64, u64)>,
+    /// Bytes that went through it so far.
+    pub bytes: u64,
+}
+
+/// Texel copies ask for at most this alignment.
+const ALIGNMENT: u64 = 16;
+
+impl Staging {
+    pub fn new(device: &Arc<Device>, size: u64) -> Result<Self> {
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::STORAGE_BUFFER;
+        let buffer = Buffer::new(device, "the staging ring", size.next_multiple_of(ALIGNMENT), usage, Place::Upload)?;
+        Ok(Self { buffer, head: 0, tail: 0, marks: VecDeque::new(), bytes: 0 })
+    }
+
+    /// Room for up to `wanted` bytes in one piece: its place in the ring, and how many there are, at least `least`. `None`
+    /// while less is free.
+    fn take(&mut self, wanted: u64, least: u64) -> Option<(u64, u64)> {
+        let size = self.buffer.size;
+        let head = self.head.next_multiple_of(ALIGNMENT);
+        let (at, to_end) = (head % size, size - head % size);
+        let free = |head: u64| size.saturating_sub(head - self.tail);
+        let here = to_end.min(free(head)).min(wanted);
+        if here >= least {
+            self.head = head + here;
+            return Some((at, here));
+        }
+        // Begin again at the start.
+        let head = head + to_end;
+        let here = free(head).min(wanted);
+        (head >= self.tail && free(head) <= size && here >= least).then(|| {
+            self.head = head + here;
+            (0, here)
+        })
+    }
+
+    /// All that was taken so far is free when a submission is done.
+    fn mark(&mut self, number: u64) {
+        self.marks.push_back((number, self.head));
+    }
+
+    fn collect(&mut self, done: u64) {
+        while let Some(&(number, head)) = self.marks.front() {
+            if number > done {
+                break;
+            }
+            self.tail = head;
+            self.marks.pop_front();
+        }
+    }
+}
+
+/// Bytes on their way to the device. When the ring is full, what is recorded is handed in, and the host waits for the oldest
+/// submission: nothing is limited by the ring's size.
+pub(crate) struct Uploads<'q> {
+    pub queue: &'q mut Queue,
+    staging: &'q mut Staging,
+    commands: Option<Commands>,
+    /// Bytes of the batch that went through the ring.
+    pub bytes: u64,
+    /// Bytes that went through it besides: images, addresses, what the batch does not name.
+    pub extra: u64,
+}
+
+impl<'q> Uploads<'q> {
+    /// Begins; what follows waits on the device for the frames before it.
+    pub fn begin(queue: &'q mut Queue, staging: &'q mut Staging) -> Result<Self> {
+        let mut commands = queue.begin()?;
+        commands.begin_writes();
+        Ok(Self { queue, staging, commands: Some(commands), bytes: 0, extra: 0 })
+    }
+
+    /// The commands under way.
+    pub fn commands(&mut self) -> &mut Commands {
+        self.commands.as_mut().expect("commands are taken at the end only")
+    }
+
+    /// The queue and the commands under way.
+    pub fn parts(&mut self) -> (&mut Queue, &mut Commands) {
+        (self.queue, self.commands.as_mut().expect("commands are taken at the end only"))
+    }
+
+    /// Puts bytes into the ring, in pieces of at least `granule` bytes, and has each copied by `record` (buffer, place in it,
+    /// offset of the piece in `bytes`, length).
+    pub fn write(
+        &mut self,
+        bytes: &[u8],
+        granule: u64,
+        mut record: impl FnMut(&mut Commands, vk::Buffer, u64, u64, u64),
+    ) -> Result<()> {
+        let mut at = 0;
+        while at < bytes.len() as u64 {
+            let (place, room) = self.room(bytes.len() as u64 - at, granule)?;
+            let room = if at + room < bytes.len() as u64 { room / granule * granule } else { room };
+            let (from, to) = (at as usize, (at + room) as usize);
+            self.staging.buffer.mapped_mut()[place as usize..(place + room) as usize].copy_from_slice(&bytes[from..to]);
+            let raw = self.staging.buffer.raw;
+            record(self.commands.as_mut().expect("commands are taken at the end only"), raw, place, at, room);
+            at += room;
+        }
+        self.bytes += bytes.len() as u64;
+        self.staging.bytes += bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Counts what a function writes as no part of the batch.
+    pub fn overhead<T>(&mut self, write: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+        let before = self.bytes;
+        let result = write(self);
+        self.extra += self.bytes - before;
+        self.bytes = before;
+        result
+    }
+
+    /// Puts a few bytes into the ring, to be read by shaders: their device address.
+    pub fn place(&mut self, bytes: &[u8]) -> Result<u64> {
+        let (place, room) = self.room(bytes.len() as u64, bytes.len() as u64)?;
+        self.staging.buffer.mapped_mut()[place as usize..(place + room) as usize].copy_from_slice(bytes);
+        self.extra += room;
+        self.staging.bytes += room;
+        Ok(self.staging.buffer.address + place)
+    }
+
+    fn room(&mut self, wanted: u64, least: u64) -> Result<(u64, u64)> {
+        let least = least.min(wanted);
+        loop {
+            self.staging.collect(self.queue.done()?);
+            if let Some(found) = self.staging.take(wanted, least) {
+                return Ok(found);
+            }
+            self.flush()?;
+            if let Some(&(oldest, _)) = self.staging.marks.front() {
+                // SYNC: back-pressure: more bytes are on their way than the ring holds.
+                self.queue.wait(oldest, Duration::MAX)?;
+            }
+        }
+    }
+
+    /// Hands in what is recorded, and goes on with new commands.
+    pub fn flush(&mut self) -> Result<u64> {
+        let number = self.submit()?;
+        self.commands = Some(self.queue.begin()?);
+        self.commands().full_barrier();
+        Ok(number)
+    }
+
+    fn submit(&mut self) -> Result<u64> {
+        let Some(mut commands) = self.commands.take() else { return Ok(self.queue.last()) };
+        commands.full_barrier();
+        let number = self.queue.submit(commands)?;
+        self.staging.mark(number);
+        Ok(number)
+    }
+
+    /// Hands in the rest.
+    pub fn finish(mut self) -> Result<(u64, u64)> {
+        let number = self.submit()?;
+        Ok((number, self.bytes))
+    }
+
+    /// Writes rows of an arena, which grows to the length that they say. Whether it has moved.
+    pub fn rows<T: bytemuck::Pod>(&mut self, device: &Arc<Device>, arena: &mut Arena, writes: &RowWrites<T>) -> Result<bool> {
+        let (queue, commands) = self.parts();
+        let moved = arena.resize(device, queue, commands, writes.len)?;
+        let stride = arena.stride();
+        let raw = arena.raw();
+        for range in &writes.ranges {
+            let first = u64::from(range.first) * stride;
+            self.write(bytemuck::cast_slice(&range.rows), stride, |commands, from, place, at, size| {
+                let part = vk::BufferCopy { src_offset: place, dst_offset: first + at, size };
+                commands.copy(from, raw, &[part]);
+            })?;
+        }
+        Ok(moved)
+    }
+}
+
+impl Drop for Uploads<'_> {
+    fn drop(&mut self) {
+        // An error on the way: what is recorded so far is not handed in.
+        if let Some(commands) = self.commands.take() {
+            self.queue.abandon(commands);
+        }
+    }
+}

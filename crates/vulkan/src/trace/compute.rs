@@ -1,0 +1,85 @@
+//! Compute pipelines: push constants and device addresses, no descriptors.
+
+#![allow(unsafe_code, reason = "Vulkan is a C interface")]
+
+use crate::device::Device;
+use crate::error::{During, Result};
+use crate::memory::Commands;
+use ash::vk;
+use std::ffi::CStr;
+use std::sync::Arc;
+
+/// See the module.
+pub(crate) struct ComputePipeline {
+    device: Arc<Device>,
+    raw: vk::Pipeline,
+    layout: vk::PipelineLayout,
+}
+
+/// A module of compiled SPIR-V.
+pub(crate) struct ShaderModule<'d> {
+    device: &'d Device,
+    pub raw: vk::ShaderModule,
+}
+
+impl<'d> ShaderModule<'d> {
+    pub fn new(device: &'d Device, spirv: &[u8]) -> Result<Self> {
+        let words: Vec<u32> = spirv.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the words are a module that was compiled with this crate and validated.
+        let raw = unsafe { device.raw.create_shader_module(&info, None) }.during("cannot load a shader")?;
+        Ok(Self { device, raw })
+    }
+}
+
+impl Drop for ShaderModule<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once they are made.
+        unsafe { self.device.raw.destroy_shader_module(self.raw, None) };
+    }
+}
+
+impl ComputePipeline {
+    pub fn new(device: &Arc<Device>, spirv: &[u8], entry: &CStr, push_bytes: u32) -> Result<Self> {
+        let module = ShaderModule::new(device, spirv)?;
+        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes)];
+        let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
+        // SAFETY: the device lives.
+        let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during("cannot make a pipeline")?;
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.raw)
+            .name(entry);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        // SAFETY: module and layout live until the call returns.
+        let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        let raw = made.map_err(|(_, error)| error).during("cannot make a pipeline").inspect_err(|_| {
+            // SAFETY: nothing else has the layout.
+            unsafe { device.raw.destroy_pipeline_layout(layout, None) }
+        })?;
+        Ok(Self { device: device.clone(), raw: raw[0], layout })
+    }
+
+    /// Runs it over a number of groups.
+    pub fn dispatch(&self, commands: &mut Commands, push: &[u8], groups: u32) {
+        let most = self.device.info.limits.max_dispatch;
+        debug_assert!(groups <= most, "2^31 rows are {groups} groups at most");
+        // SAFETY: pipeline and layout live as long as the scene, which outlives its commands; the push constants have the
+        // size that the layout says.
+        unsafe {
+            self.device.raw.cmd_bind_pipeline(commands.raw, vk::PipelineBindPoint::COMPUTE, self.raw);
+            self.device.raw.cmd_push_constants(commands.raw, self.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
+            self.device.raw.cmd_dispatch(commands.raw, groups.min(most), 1, 1);
+        }
+    }
+}
+
+impl Drop for ComputePipeline {
+    fn drop(&mut self) {
+        // SAFETY: the owner is dropped after the queue's work is done.
+        unsafe {
+            self.device.raw.destroy_pipeline(self.raw, None);
+            self.device.raw.destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}
