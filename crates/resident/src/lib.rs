@@ -19,6 +19,7 @@
 pub mod backend;
 pub mod batch;
 pub mod camera;
+pub mod check;
 pub mod compare;
 pub mod energy;
 pub mod environment;

@@ -1,9 +1,21 @@
 //! The Vulkan backend: it keeps a scene resident on a device by the batches that the CPU backend takes too, and traces
 //! rays there.
+//!
+//! * [`device`]: which devices there are, and opening one;
+//! * `memory`: buffers, the queue, the staging ring, and why nothing races;
+//! * `scene`: what is resident, and how a batch changes it;
+//! * `trace`: the ray tracing pipeline and frames;
+//! * [`abi`]: what the shaders (`shaders/`) see of it.
 
 pub mod abi;
+mod backend;
 pub mod device;
 mod error;
 mod memory;
+mod scene;
+mod shaders;
+mod trace;
 
+pub use backend::{Uploaded, VulkanBackend};
 pub use error::VulkanError;
+pub use scene::ResidentRows;

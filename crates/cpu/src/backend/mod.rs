@@ -1,14 +1,14 @@
 //! [`CpuBackend`]: the backend that always works.
 
-mod frame_check;
 mod job;
 
 use crate::path::lights::LightTables;
 use crate::scene::ResidentScene;
 use job::Job;
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
-use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
+use orthant_resident::check::{check_environment, check_frame};
 use orthant_resident::extent::scene_radius;
+use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -92,7 +92,6 @@ impl Backend for CpuBackend {
 
     /// Ends the ticket of a frame that is under way.
     fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
-        frame_check::check_batch(&batch)?;
         let changes = self.scene.light_changes(&batch);
         let report = self.scene.apply(batch)?;
         self.end_job();
@@ -103,7 +102,7 @@ impl Backend for CpuBackend {
 
     /// Ends the ticket of a frame that is under way.
     fn set_environment(&mut self, environment: Environment) -> Result<(), BackendError> {
-        frame_check::check_environment(&environment)?;
+        check_environment(&environment)?;
         self.end_job();
         self.lights.set_environment(&environment);
         self.lights.weigh_kinds();
@@ -111,7 +110,7 @@ impl Backend for CpuBackend {
     }
 
     fn submit(&mut self, frame: Frame) -> Result<Ticket, BackendError> {
-        frame_check::check_frame(&frame)?;
+        check_frame(&frame)?;
         let pool = self.pool(frame.threads)?;
         self.end_job();
         self.last_ticket += 1;

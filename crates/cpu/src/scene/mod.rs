@@ -1,9 +1,8 @@
 //! [`ResidentScene`]: what is resident in memory, and how a batch changes it.
 
-mod check;
-mod lights;
 #[cfg(test)]
 mod follow_tests;
+mod lights;
 #[cfg(test)]
 pub(crate) mod testing;
 #[cfg(test)]
@@ -15,6 +14,7 @@ use crate::trace::{self, Hit, Ray};
 use glam::Vec3;
 use orthant_resident::backend::{ApplyReport, BackendError, ResidentBytes};
 use orthant_resident::batch::{RowWrites, SceneBatch, TextureRow};
+use orthant_resident::check::{Resident, check_batch};
 use orthant_resident::compare::Rows;
 use orthant_resident::image::ImageData;
 use orthant_resident::rows::{
@@ -77,10 +77,7 @@ impl ResidentScene {
     /// [`BackendError::StaleRevision`] for a batch that starts from another revision, [`BackendError::InvalidBatch`]
     /// for one whose parts contradict each other. The scene is then unchanged.
     pub fn apply(&mut self, batch: SceneBatch) -> Result<ApplyReport, BackendError> {
-        if batch.expected_revision != self.revision {
-            return Err(BackendError::StaleRevision { expected: batch.expected_revision, resident: self.revision });
-        }
-        check::check(self, &batch)?;
+        check_batch(self.lengths(), &batch)?;
         let mut report = ApplyReport { bytes: batch.upload_bytes(), ..Default::default() };
 
         // Write the streams and rows
@@ -147,6 +144,25 @@ impl ResidentScene {
         }
         self.revision = batch.new_revision;
         Ok(report)
+    }
+
+    /// What batches are held against.
+    fn lengths(&self) -> Resident<'_> {
+        Resident {
+            revision: self.revision,
+            positions: self.positions.len(),
+            vertices: self.vertices.len(),
+            indices: self.indices.len(),
+            tangents: self.tangents.len(),
+            mesh_descs: &self.mesh_descs,
+            textures: self.textures.len(),
+            materials: self.materials.len(),
+            lights: self.lights.len(),
+            emitter_triangles: self.emitter_triangles.len(),
+            emitters: self.emitters.len(),
+            render_nodes: self.render_nodes.len(),
+            images: self.images.len(),
+        }
     }
 
     /// Writes rows, and returns those by which the TLAS changes.

@@ -2,10 +2,10 @@
 //! directions to it are uniform; else its points are.
 
 use super::LightRows;
-use glam::{Vec2, Vec3};
 use crate::math::safe_normalize;
 use crate::rows::{MeshDesc, NodeFlags, RenderNodeRow};
 use crate::sampling::{Rectangle, SphericalRectangle};
+use glam::{Vec2, Vec3};
 
 /// A parallelogram in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]

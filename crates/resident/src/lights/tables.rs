@@ -2,7 +2,6 @@
 
 use super::changes::{LightChanges, LightWrites};
 use super::{LightRows, Quad};
-use glam::Vec3;
 use crate::Environment;
 use crate::environment::{EnvironmentMap, Sun};
 use crate::math::{safe_normalize, sin_cos_turns};
@@ -11,6 +10,7 @@ use crate::sampling::light_tree::{LightBounds, LightTree};
 use crate::sampling::lights::{distant_power, sun_integral};
 use crate::sampling::{EnvironmentDistribution, LightKinds, PunctualDistribution};
 use crate::slot_tree::SlotTree;
+use glam::Vec3;
 use std::collections::BTreeSet;
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -140,8 +140,9 @@ impl LightTables {
         }
         self.emitters.update(&bounds);
         self.index_primitives(scene.emitters().len(), &primitives);
-        self.power
-            .update(scene.emitters().len(), touched.iter().copied(), |emitter| f64::from(scene.emitters()[emitter].power));
+        self.power.update(scene.emitters().len(), touched.iter().copied(), |emitter| {
+            f64::from(scene.emitters()[emitter].power)
+        });
     }
 
     /// Keeps the emitters by primitive.

@@ -64,7 +64,8 @@ unsafe extern "system" fn take(
     _: *mut c_void,
 ) -> vk::Bool32 {
     // SAFETY: see above; a message that is not null ends with a zero.
-    let text = unsafe { data.as_ref().filter(|data| !data.p_message.is_null()).map(|data| CStr::from_ptr(data.p_message)) };
+    let text =
+        unsafe { data.as_ref().filter(|data| !data.p_message.is_null()).map(|data| CStr::from_ptr(data.p_message)) };
     let text = text.map_or_else(String::new, |text| text.to_string_lossy().into_owned());
     tracing::error!(?severity, "validation: {text}");
     let mut messages = MESSAGES.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

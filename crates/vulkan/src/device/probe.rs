@@ -233,18 +233,15 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     // SAFETY: the device is of this instance.
     let memory = unsafe { instance.get_physical_device_memory_properties(device) };
     let own = memory.memory_heaps_as_slice().iter().filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
-    let words = |text: std::result::Result<&CStr, _>| text.map_or_else(|_| String::new(), |t: &CStr| t.to_string_lossy().into_owned());
+    let words = |text: std::result::Result<&CStr, _>| {
+        text.map_or_else(|_| String::new(), |t: &CStr| t.to_string_lossy().into_owned())
+    };
     let api = base.api_version;
     DeviceInfo {
         index: 0,
         name: words(base.device_name_as_c_str()),
         driver: format!("{} {}", words(driver.driver_name_as_c_str()), words(driver.driver_info_as_c_str())),
-        api: format!(
-            "{}.{}.{}",
-            vk::api_version_major(api),
-            vk::api_version_minor(api),
-            vk::api_version_patch(api)
-        ),
+        api: format!("{}.{}.{}", vk::api_version_major(api), vk::api_version_minor(api), vk::api_version_patch(api)),
         kind: match base.device_type {
             vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
             vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",

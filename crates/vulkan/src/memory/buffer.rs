@@ -31,7 +31,13 @@ pub(crate) struct Buffer {
 
 impl Buffer {
     /// Makes one of at least one byte.
-    pub fn new(device: &Arc<Device>, what: &'static str, size: u64, usage: vk::BufferUsageFlags, place: Place) -> Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        what: &'static str,
+        size: u64,
+        usage: vk::BufferUsageFlags,
+        place: Place,
+    ) -> Result<Self> {
         let size = size.max(4);
         let usage = usage | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
         let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
@@ -46,13 +52,14 @@ impl Buffer {
             Place::Upload => MemoryLocation::CpuToGpu,
             Place::Readback => MemoryLocation::GpuToCpu,
         };
-        let allocation = device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
-            name: what,
-            requirements,
-            location,
-            linear: true,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-        });
+        let allocation =
+            device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
+                name: what,
+                requirements,
+                location,
+                linear: true,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            });
         let allocation =
             allocation.map_err(|error| VulkanError::Allocation { what, bytes: size, why: error.to_string() })?;
         let allocation = buffer.allocation.insert(allocation);

@@ -47,7 +47,13 @@ impl Arena {
 
     /// Gives it a number of rows: new ones are whatever the memory holds. The first time it takes exactly as many, later it
     /// doubles. Whether it has moved.
-    pub fn resize(&mut self, device: &Arc<Device>, queue: &mut Queue, commands: &mut Commands, len: u32) -> Result<bool> {
+    pub fn resize(
+        &mut self,
+        device: &Arc<Device>,
+        queue: &mut Queue,
+        commands: &mut Commands,
+        len: u32,
+    ) -> Result<bool> {
         let needed = u64::from(len) * self.stride;
         let has = self.bytes();
         if needed <= has || len == 0 {

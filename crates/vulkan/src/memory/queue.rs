@@ -161,11 +161,6 @@ impl Queue {
         }
         Ok(())
     }
-
-    /// Things that wait to be dropped.
-    pub fn retired(&self) -> usize {
-        self.retired.len()
-    }
 }
 
 impl Drop for Queue {
@@ -211,7 +206,11 @@ impl Commands {
         unsafe { self.device.raw.cmd_update_buffer(self.raw, buffer, offset, bytes) };
     }
 
-    fn barrier(&mut self, from: (vk::PipelineStageFlags2, vk::AccessFlags2), to: (vk::PipelineStageFlags2, vk::AccessFlags2)) {
+    fn barrier(
+        &mut self,
+        from: (vk::PipelineStageFlags2, vk::AccessFlags2),
+        to: (vk::PipelineStageFlags2, vk::AccessFlags2),
+    ) {
         let memory = [vk::MemoryBarrier2::default()
             .src_stage_mask(from.0)
             .src_access_mask(from.1)
@@ -266,6 +265,11 @@ impl Commands {
     /// Before writes to what earlier frames may still read.
     pub fn begin_writes(&mut self) {
         self.full_barrier();
+    }
+
+    /// Before the host reads what was copied or written for it.
+    pub fn to_host(&mut self) {
+        self.barrier((ALL, READS_AND_WRITES), (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ));
     }
 
     /// Between transfers that touch the same bytes.

@@ -176,7 +176,12 @@ impl<'q> Uploads<'q> {
     }
 
     /// Writes rows of an arena, which grows to the length that they say. Whether it has moved.
-    pub fn rows<T: bytemuck::Pod>(&mut self, device: &Arc<Device>, arena: &mut Arena, writes: &RowWrites<T>) -> Result<bool> {
+    pub fn rows<T: bytemuck::Pod>(
+        &mut self,
+        device: &Arc<Device>,
+        arena: &mut Arena,
+        writes: &RowWrites<T>,
+    ) -> Result<bool> {
         let (queue, commands) = self.parts();
         let moved = arena.resize(device, queue, commands, writes.len)?;
         let stride = arena.stride();

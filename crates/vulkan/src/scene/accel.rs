@@ -47,12 +47,6 @@ impl Pages {
         Self(Arc::default())
     }
 
-    /// Bytes of all pages.
-    pub fn bytes(&self) -> u64 {
-        let pages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        pages.iter().flatten().map(|page| page.buffer.size).sum()
-    }
-
     fn place(&self, device: &Arc<Device>, size: u64) -> Result<(vk::Buffer, u64, Placement)> {
         let units = size.div_ceil(ALIGNMENT);
         let Ok(units) = u32::try_from(units) else {

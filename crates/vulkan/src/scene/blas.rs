@@ -88,6 +88,11 @@ impl BlasSet {
         self.blas.get(primitive as usize).and_then(Option::as_ref).map_or(0, |blas| blas.accel.address)
     }
 
+    /// Bytes of the structures.
+    pub fn bytes(&self) -> u64 {
+        self.blas.iter().flatten().map(|blas| blas.accel.size).sum()
+    }
+
     /// Bytes of scratch memory and of the table of addresses.
     pub fn overhead(&self) -> u64 {
         self.scratch.bytes() + self.addresses.bytes()
@@ -119,9 +124,8 @@ impl BlasSet {
                 changed.push(primitive);
             }
         }
-        let (updates, again): (Vec<u32>, Vec<u32>) = updates
-            .iter()
-            .partition(|&&p| self.blas[p as usize].as_ref().is_some_and(|blas| blas.deformed));
+        let (updates, again): (Vec<u32>, Vec<u32>) =
+            updates.iter().partition(|&&p| self.blas[p as usize].as_ref().is_some_and(|blas| blas.deformed));
         let has_triangles = |&p: &u32| descs[p as usize].index_count > 0;
         let list: Vec<u32> = builds.iter().chain(&again).copied().filter(has_triangles).collect();
         self.build(uploads, streams, descs, &list, loading)?;
@@ -249,7 +253,8 @@ impl BlasSet {
         let mut changed = Vec::new();
         for (&(primitive, address), size) in pending.built.iter().zip(sizes) {
             let Some(slot) = self.blas.get_mut(primitive as usize) else { continue };
-            let Some(old) = slot.take_if(|blas| blas.accel.address == address && size > 0 && size < blas.accel.size) else {
+            let Some(old) = slot.take_if(|blas| blas.accel.address == address && size > 0 && size < blas.accel.size)
+            else {
                 continue;
             };
             let kind = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
@@ -272,13 +277,7 @@ impl BlasSet {
         Ok(changed)
     }
 
-    fn update(
-        &mut self,
-        uploads: &mut Uploads<'_>,
-        streams: Streams,
-        descs: &[MeshDesc],
-        list: &[u32],
-    ) -> Result<()> {
+    fn update(&mut self, uploads: &mut Uploads<'_>, streams: Streams, descs: &[MeshDesc], list: &[u32]) -> Result<()> {
         let alignment = self.device.info.limits.scratch_alignment;
         for pass in list.chunks(PASS) {
             let sizes: Vec<u64> = pass

@@ -73,8 +73,8 @@ impl ImageTable {
             .bindings(&bindings)
             .push_next(&mut binding_flags);
         // SAFETY: the device lives and has the features that the flags ask for.
-        let layout =
-            unsafe { device.raw.create_descriptor_set_layout(&info, None) }.during("cannot make the table of images")?;
+        let layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }
+            .during("cannot make the table of images")?;
         let mut table = Self {
             device: device.clone(),
             slots: Vec::new(),
@@ -86,7 +86,8 @@ impl ImageTable {
             free: VecDeque::new(),
             fresh: 0,
         };
-        let sizes = [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::SAMPLED_IMAGE).descriptor_count(capacity)];
+        let sizes =
+            [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::SAMPLED_IMAGE).descriptor_count(capacity)];
         let info = vk::DescriptorPoolCreateInfo::default()
             .flags(vk::DescriptorPoolCreateFlags::UPDATE_AFTER_BIND)
             .max_sets(1)
@@ -97,8 +98,7 @@ impl ImageTable {
         let layouts = [layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(table.pool).set_layouts(&layouts);
         // SAFETY: pool and layout are of this device, and the pool has room for one set of it.
-        table.set =
-            unsafe { device.raw.allocate_descriptor_sets(&info) }.during("cannot make the table of images")?[0];
+        table.set = unsafe { device.raw.allocate_descriptor_sets(&info) }.during("cannot make the table of images")?[0];
         Ok(table)
     }
 
@@ -222,21 +222,20 @@ impl Image {
             .usage(vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST);
         // SAFETY: the device lives; `info` is complete.
         let raw = unsafe { device.raw.create_image(&info, None) }.during("cannot make an image")?;
-        let mut image =
-            Self { device: device.clone(), raw, view: vk::ImageView::null(), allocation: None, bytes: 0 };
+        let mut image = Self { device: device.clone(), raw, view: vk::ImageView::null(), allocation: None, bytes: 0 };
         // SAFETY: the image is of this device.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
         image.bytes = requirements.size;
-        let allocation = device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
-            name: what,
-            requirements,
-            location: MemoryLocation::GpuOnly,
-            linear: false,
-            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-        });
-        let bytes = requirements.size;
         let allocation =
-            allocation.map_err(|error| VulkanError::Allocation { what, bytes, why: error.to_string() })?;
+            device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
+                name: what,
+                requirements,
+                location: MemoryLocation::GpuOnly,
+                linear: false,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            });
+        let bytes = requirements.size;
+        let allocation = allocation.map_err(|error| VulkanError::Allocation { what, bytes, why: error.to_string() })?;
         let allocation = image.allocation.insert(allocation);
         // SAFETY: the memory was allocated for this image's requirements, and is bound once.
         unsafe { device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) }
@@ -263,7 +262,12 @@ impl Image {
         use vk::{AccessFlags2 as Access, ImageLayout as Layout, PipelineStageFlags2 as Stage};
         let (range, transfer) = (self.range(data), (Stage::ALL_TRANSFER, Access::TRANSFER_WRITE));
         let none = (Stage::NONE, Access::NONE);
-        uploads.commands().transition(self.raw, range, (Layout::UNDEFINED, none), (Layout::TRANSFER_DST_OPTIMAL, transfer));
+        uploads.commands().transition(
+            self.raw,
+            range,
+            (Layout::UNDEFINED, none),
+            (Layout::TRANSFER_DST_OPTIMAL, transfer),
+        );
         for (i, level) in data.levels.iter().enumerate() {
             let stride = u64::from(level.width) * data.format.bytes() as u64;
             let bytes = &data.texels[level.offset..][..(stride * u64::from(level.height)) as usize];

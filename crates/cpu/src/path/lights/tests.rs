@@ -1,13 +1,13 @@
 //! Light tables follow batches: they are those of the rows as they are, at the cost of what changed.
 
 use super::LightTables;
-use orthant_resident::lights::LightWork;
 use crate::scene::ResidentScene;
 use crate::scene::testing::{TestMesh, batch_on, instance, load_batch};
 use glam::{DAffine3, DVec3};
 use orthant_resident::SceneBatch;
 use orthant_resident::batch::{RowRange, RowWrites, TlasAction};
 use orthant_resident::extent::scene_radius;
+use orthant_resident::lights::LightWork;
 use orthant_resident::rows::{EmitterRow, LightKind, LightRow, MeshDesc, MeshFlags, NONE, NodeFlags, RenderNodeRow};
 use orthant_resident::sampling::hash_combine;
 

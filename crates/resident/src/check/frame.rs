@@ -1,13 +1,15 @@
-//! What is refused before it is rendered.
+//! Frames and environments.
 
-use orthant_resident::camera::Projection;
-use orthant_resident::film::BLOCK;
-use orthant_resident::frame::PixelFilter;
-use orthant_resident::image::ImageData;
-use orthant_resident::{BackendError, Environment, Frame, SceneBatch};
+use crate::camera::Projection;
+use crate::film::BLOCK;
+use crate::frame::PixelFilter;
+use crate::{BackendError, Environment, Frame};
 
-/// Checks a frame; the error names the field.
-pub(super) fn check_frame(frame: &Frame) -> Result<(), BackendError> {
+/// Checks a frame.
+///
+/// # Errors
+/// [`BackendError::InvalidFrame`], which names the field.
+pub fn check_frame(frame: &Frame) -> Result<(), BackendError> {
     let fault = |message: String| Err(BackendError::InvalidFrame(message));
     let (w, h) = (frame.width, frame.height);
     if w == 0 || h == 0 || u64::from(w) * u64::from(h) > u64::from(u32::MAX) {
@@ -60,7 +62,10 @@ pub(super) fn check_frame(frame: &Frame) -> Result<(), BackendError> {
 }
 
 /// Checks an environment.
-pub(super) fn check_environment(environment: &Environment) -> Result<(), BackendError> {
+///
+/// # Errors
+/// [`BackendError::Device`], which says what is wrong with it.
+pub fn check_environment(environment: &Environment) -> Result<(), BackendError> {
     let fault = |message: &str| Err(BackendError::Device(format!("the environment is invalid: {message}")));
     if let Some(map) = &environment.map {
         if map.width == 0 || map.height == 0 || map.texels.len() as u64 != u64::from(map.width) * u64::from(map.height)
@@ -81,43 +86,4 @@ pub(super) fn check_environment(environment: &Environment) -> Result<(), Backend
         }
     }
     Ok(())
-}
-
-/// Checks what the path tracer relies on in a batch beyond what the resident scene checks.
-pub(super) fn check_batch(batch: &SceneBatch) -> Result<(), BackendError> {
-    if batch.vertices.len != batch.positions.len {
-        return Err(BackendError::InvalidBatch(format!(
-            "there are {} positions, but {} vertices; the streams are parallel",
-            batch.positions.len, batch.vertices.len
-        )));
-    }
-    if !(batch.scene_radius > 0.0 && batch.scene_radius.is_finite()) {
-        return Err(BackendError::InvalidBatch(format!(
-            "the scene's radius is {}; it must be positive",
-            batch.scene_radius
-        )));
-    }
-    for write in &batch.images {
-        if let Some(image) = &write.image
-            && !is_sound(image)
-        {
-            return Err(BackendError::InvalidBatch(format!(
-                "image {}: a level is empty or leads outside the texels",
-                write.slot
-            )));
-        }
-    }
-    Ok(())
-}
-
-fn is_sound(image: &ImageData) -> bool {
-    let max = i32::MAX as u32 / 4;
-    !image.levels.is_empty()
-        && image.levels.iter().all(|level| {
-            let bytes = u64::from(level.width) * u64::from(level.height) * image.format.bytes() as u64;
-            let end = (level.offset as u64).checked_add(bytes);
-            (1..max).contains(&level.width)
-                && (1..max).contains(&level.height)
-                && end.is_some_and(|end| end <= image.texels.len() as u64)
-        })
 }

@@ -1,0 +1,208 @@
+//! [`VulkanBackend`].
+
+use crate::device::{Device, DeviceOptions, Messages};
+use crate::error::{Result, VulkanError};
+use crate::memory::{Queue, Staging};
+use crate::scene::{Applied, ResidentRows, ResidentScene};
+use crate::trace::{Job, Passes, TlasSet, TracePipeline};
+use orthant_resident::backend::{ApplyReport, ResidentBytes};
+use orthant_resident::check::{check_batch, check_environment, check_frame};
+use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Bytes of the staging ring.
+const STAGING: u64 = 32 << 20;
+
+/// A resident scene on a Vulkan device, rendered by its ray tracing pipeline.
+pub struct VulkanBackend {
+    // In this order: what the device may still use goes after the queue has waited for it.
+    queue: Queue,
+    job: Option<Job>,
+    tlas: Option<TlasSet>,
+    pipeline: TracePipeline,
+    scene: ResidentScene,
+    staging: Staging,
+    device: Arc<Device>,
+    last_ticket: u64,
+    discarded: u64,
+    applied: Applied,
+    /// A batch failed half-way: the scene is in no state.
+    broken: Option<VulkanError>,
+}
+
+/// What the last batch took of the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Uploaded {
+    /// Bytes of the batch's rows that went through the staging ring: [`SceneBatch::upload_bytes`].
+    pub batch: u64,
+    /// Bytes besides: images, light tables, addresses.
+    pub overhead: u64,
+    /// How often the host has waited for the device since the backend was made, whatever for.
+    pub waits: u64,
+}
+
+impl VulkanBackend {
+    /// Opens a device; the scene is empty, in the dark.
+    ///
+    /// # Errors
+    /// As [`Device::open`], and if the device cannot make what the path tracer needs.
+    pub fn new(options: &DeviceOptions) -> Result<Self> {
+        let device = Device::open(options)?;
+        let queue = Queue::new(&device)?;
+        let staging = Staging::new(&device, STAGING)?;
+        let scene = ResidentScene::new(&device)?;
+        let pipeline = TracePipeline::new(&device, scene.images.layout)?;
+        let mut backend = Self {
+            queue,
+            job: None,
+            tlas: None,
+            pipeline,
+            scene,
+            staging,
+            device,
+            last_ticket: 0,
+            discarded: 0,
+            applied: Applied::default(),
+            broken: None,
+        };
+        backend.scene.set_environment(&mut backend.queue, &mut backend.staging, &Environment::none())?;
+        Ok(backend)
+    }
+
+    /// The device.
+    pub fn vulkan_device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// What the last batch took.
+    pub fn uploaded(&self) -> Uploaded {
+        Uploaded { batch: self.applied.uploaded, overhead: self.applied.overhead, waits: self.queue.waits }
+    }
+
+    /// What the validation layers have said; `None` without them.
+    pub fn messages(&self) -> Option<Messages> {
+        self.device.messages()
+    }
+
+    /// Contributions of light that were not finite and were left out, since the backend was made.
+    pub fn discarded_contributions(&self) -> u64 {
+        self.discarded + self.job.as_ref().map_or(0, Job::discarded)
+    }
+
+    /// Copies all rows back from the device. It waits.
+    ///
+    /// # Errors
+    /// If the device is gone or has no memory for it.
+    pub fn read_back(&mut self) -> Result<ResidentRows> {
+        self.scene.read_back(&mut self.queue)
+    }
+
+    fn usable(&self) -> std::result::Result<(), BackendError> {
+        match &self.broken {
+            Some(error) => Err(BackendError::Device(format!("an earlier batch failed: {error}"))),
+            None => Ok(()),
+        }
+    }
+
+    fn end_job(&mut self) {
+        if let Some(job) = self.job.take() {
+            self.discarded += job.discarded();
+            job.retire(&mut self.queue);
+        }
+    }
+
+    fn apply_checked(&mut self, batch: &SceneBatch) -> Result<ApplyReport> {
+        let applied = self.scene.apply(&mut self.queue, &mut self.staging, batch)?;
+        if (applied.tlas_replaced || self.tlas.is_none())
+            && let Some(tlas) = self.scene.tlas()
+        {
+            let new = self.pipeline.bind_tlas(tlas)?;
+            if let Some(old) = self.tlas.replace(new) {
+                self.queue.retire(old);
+            }
+        }
+        self.queue.collect()?;
+        self.applied = applied;
+        Ok(applied.report)
+    }
+}
+
+/// Splits a backend into the job and what it needs; the job's ticket has been looked at before.
+macro_rules! job_and_passes {
+    ($backend:ident) => {{
+        let Some(tlas) = &$backend.tlas else { return Err(BackendError::Device(NO_SCENE.to_owned())) };
+        let passes = Passes {
+            device: &$backend.device,
+            queue: &mut $backend.queue,
+            pipeline: &$backend.pipeline,
+            tlas,
+            images: $backend.scene.images.set,
+        };
+        (&mut $backend.job, passes)
+    }};
+}
+
+const NO_SCENE: &str = "nothing is resident; apply a batch first";
+
+impl Backend for VulkanBackend {
+    fn name(&self) -> &'static str {
+        "vulkan"
+    }
+
+    fn device(&self) -> String {
+        let info = self.device.info();
+        format!("{} (Vulkan {}, {})", info.name, info.api, info.driver)
+    }
+
+    /// Ends the ticket of a frame that is under way.
+    fn apply(&mut self, batch: SceneBatch) -> std::result::Result<ApplyReport, BackendError> {
+        // The first batch starts from an empty scene: it mends a broken one, too.
+        check_batch(self.scene.lengths(), &batch)?;
+        self.usable()?;
+        self.end_job();
+        self.apply_checked(&batch).map_err(|error| {
+            self.broken = Some(error.clone());
+            error.into()
+        })
+    }
+
+    /// Ends the ticket of a frame that is under way.
+    fn set_environment(&mut self, environment: Environment) -> std::result::Result<(), BackendError> {
+        check_environment(&environment)?;
+        self.usable()?;
+        self.end_job();
+        self.scene.set_environment(&mut self.queue, &mut self.staging, &environment)?;
+        Ok(())
+    }
+
+    fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {
+        check_frame(&frame)?;
+        self.usable()?;
+        self.end_job();
+        self.last_ticket += 1;
+        let ticket = Ticket(self.last_ticket);
+        let (scene, lights) = (self.scene.table(), self.scene.light_table());
+        let (job, mut passes) = job_and_passes!(self);
+        *job = Some(Job::new(&mut passes, ticket, frame, &scene, &lights)?);
+        Ok(ticket)
+    }
+
+    fn poll(&mut self, ticket: Ticket, budget: Duration) -> std::result::Result<TicketStatus, BackendError> {
+        let (job, mut passes) = job_and_passes!(self);
+        let job = job.as_mut().filter(|job| job.ticket == ticket).ok_or(BackendError::UnknownTicket(ticket))?;
+        job.work(&mut passes, budget)?;
+        Ok(job.status())
+    }
+
+    fn read_film(&mut self, ticket: Ticket) -> std::result::Result<Film, BackendError> {
+        let (slot, mut passes) = job_and_passes!(self);
+        let job = slot.take_if(|job| job.ticket == ticket).ok_or(BackendError::UnknownTicket(ticket))?;
+        self.discarded += job.discarded();
+        Ok(job.into_film(&mut passes)?)
+    }
+
+    fn resident_bytes(&self) -> ResidentBytes {
+        self.scene.resident_bytes()
+    }
+}

@@ -1,0 +1,392 @@
+//! A frame under way.
+//!
+//! The samples of a frame are cut into blocks, and a block into dispatches of whole rows of the tile: as many as the device
+//! does in about the time that the caller gives, learnt from the dispatches before. Each dispatch adds to the sums on the
+//! device in a fixed order, so the film does not depend on how a block is cut.
+
+use super::{TlasSet, TracePipeline, pipeline::Generation};
+use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
+use crate::device::Device;
+use crate::error::{Result, VulkanError};
+use crate::memory::{Buffer, Place, Queue};
+use ash::vk;
+use orthant_resident::backend::RayCounts;
+use orthant_resident::camera::Projection;
+use orthant_resident::film::{BLOCK, FilmBlock};
+use orthant_resident::frame::{Aov, Estimator, PixelFilter};
+use orthant_resident::{Film, Frame, Ticket, TicketStatus};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Dispatches that are handed in before the first of them is done.
+const AHEAD: usize = 3;
+/// Samples of the first dispatch of a frame, whose speed nobody knows.
+const FIRST_SAMPLES: u64 = 1 << 16;
+/// Time that one dispatch should take at most: longer ones make a desktop stutter.
+const LONGEST: Duration = Duration::from_millis(100);
+
+/// What the passes of a frame need of the scene.
+pub(crate) struct Passes<'p> {
+    pub device: &'p Arc<Device>,
+    pub queue: &'p mut Queue,
+    pub pipeline: &'p TracePipeline,
+    pub tlas: &'p TlasSet,
+    pub images: vk::DescriptorSet,
+}
+
+/// A dispatch that is on its way.
+struct Flight {
+    submission: u64,
+    samples: u64,
+    /// Which four counters are its own.
+    slot: u32,
+    handed_in: Instant,
+}
+
+pub(crate) struct Job {
+    pub ticket: Ticket,
+    frame: Frame,
+    buffers: Option<Buffers>,
+    /// First sample of the block that is being handed in, and the rows of it that have been.
+    sample: u32,
+    row: u32,
+    has_centers: bool,
+    flying: VecDeque<Flight>,
+    /// Seconds that a sample takes, once that is known.
+    pace: Option<f64>,
+    /// When the last dispatch was seen to be done.
+    last_done: Instant,
+    /// Blocks by themselves: index, samples, where their sums are or will be.
+    kept: Vec<(u32, u32, Buffer)>,
+    slots: u32,
+    done: u64,
+    rays: RayCounts,
+    discarded: u64,
+    elapsed: Duration,
+}
+
+/// What a frame writes.
+struct Buffers {
+    /// The three tables that shaders read.
+    tables: Buffer,
+    film: Buffer,
+    block: Buffer,
+    albedo: Option<Buffer>,
+    normal: Option<Buffer>,
+    centers: Option<Buffer>,
+    counters: Buffer,
+    read_counters: Buffer,
+}
+
+/// Where the tables are in their buffer.
+const SCENE_AT: u64 = 0;
+const LIGHTS_AT: u64 = 256;
+const FRAME_AT: u64 = 512;
+const TABLES: u64 = 1024;
+
+impl Job {
+    /// Makes its buffers and hands in what they begin with. A scene without a TLAS has no rays to trace.
+    pub fn new(
+        passes: &mut Passes<'_>,
+        ticket: Ticket,
+        frame: Frame,
+        scene: &SceneTable,
+        lights: &LightTable,
+    ) -> Result<Self> {
+        let buffers = Buffers::new(passes.device, &frame)?;
+        let mut commands = passes.queue.begin()?;
+        commands.full_barrier();
+        commands.update(buffers.tables.raw, SCENE_AT, bytemuck::bytes_of(scene));
+        commands.update(buffers.tables.raw, LIGHTS_AT, bytemuck::bytes_of(lights));
+        commands.update(buffers.tables.raw, FRAME_AT, bytemuck::bytes_of(&buffers.table(&frame)));
+        let sums = [Some(&buffers.film), Some(&buffers.block), buffers.albedo.as_ref(), buffers.normal.as_ref()];
+        for sum in sums.into_iter().flatten() {
+            commands.fill(sum.raw, 0, sum.size / 4 * 4, 0);
+        }
+        commands.full_barrier();
+        passes.queue.submit(commands)?;
+        Ok(Self {
+            ticket,
+            sample: frame.samples.start,
+            row: 0,
+            has_centers: false,
+            flying: VecDeque::new(),
+            pace: None,
+            last_done: Instant::now(),
+            kept: Vec::new(),
+            slots: 0,
+            done: 0,
+            rays: RayCounts::default(),
+            discarded: 0,
+            elapsed: Duration::ZERO,
+            buffers: Some(buffers),
+            frame,
+        })
+    }
+
+    pub fn discarded(&self) -> u64 {
+        self.discarded
+    }
+
+    pub fn status(&self) -> TicketStatus {
+        TicketStatus { done: self.done, total: self.total(), rays: self.rays, elapsed: self.elapsed }
+    }
+
+    fn total(&self) -> u64 {
+        let area = self.frame.tile;
+        u64::from(area.width) * u64::from(area.height) * u64::from(self.frame.samples.end - self.frame.samples.start)
+    }
+
+    fn block_end(&self) -> u32 {
+        (self.sample / BLOCK * BLOCK).saturating_add(BLOCK).min(self.frame.samples.end)
+    }
+
+    /// Hands in dispatches and takes back what is done, for about `budget`.
+    pub fn work(&mut self, passes: &mut Passes<'_>, budget: Duration) -> Result<()> {
+        let start = Instant::now();
+        loop {
+            self.collect(passes)?;
+            while self.flying.len() < AHEAD && self.sample < self.frame.samples.end {
+                self.hand_in(passes, budget.min(LONGEST))?;
+            }
+            let Some(oldest) = self.flying.front().map(|flight| flight.submission) else { break };
+            let left = budget.saturating_sub(start.elapsed());
+            // SYNC: the caller polls, and says for how long it wants to wait.
+            if !passes.queue.wait(oldest, left)? {
+                break;
+            }
+        }
+        self.elapsed += start.elapsed();
+        Ok(())
+    }
+
+    /// Hands in the next rows of the block.
+    fn hand_in(&mut self, passes: &mut Passes<'_>, time: Duration) -> Result<()> {
+        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let (tile, end) = (self.frame.tile, self.block_end());
+        let a_row = u64::from(tile.width) * u64::from(end - self.sample);
+        let samples = self.pace.map_or(FIRST_SAMPLES as f64, |pace| time.as_secs_f64() / pace);
+        let rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
+        let slot = self.slots % AHEAD as u32;
+        self.slots += 1;
+
+        let mut commands = passes.queue.begin()?;
+        commands.fill(buffers.counters.raw, u64::from(slot) * 16, 16, 0);
+        commands.full_barrier();
+        let mut push = TracePush {
+            frame: buffers.tables.address + FRAME_AT,
+            first_row: self.row,
+            first_sample: self.sample,
+            end_sample: end,
+            counters: slot,
+        };
+        passes.pipeline.trace(&mut commands, Generation::Block, passes.tlas, passes.images, &push, (tile.width, rows));
+        if !self.has_centers && buffers.centers.is_some() {
+            // With the first rows; it is one ray a pixel.
+            push.first_row = 0;
+            let size = (tile.width, tile.height);
+            passes.pipeline.trace(&mut commands, Generation::Centers, passes.tlas, passes.images, &push, size);
+        }
+        self.has_centers = true;
+        commands.full_barrier();
+        let counters = vk::BufferCopy { src_offset: u64::from(slot) * 16, dst_offset: u64::from(slot) * 16, size: 16 };
+        commands.copy(buffers.counters.raw, buffers.read_counters.raw, &[counters]);
+        self.row += rows;
+        let is_whole = self.row == tile.height;
+        if is_whole && self.frame.keep_blocks {
+            let size = buffers.block.size;
+            let usage = vk::BufferUsageFlags::TRANSFER_DST;
+            let kept = Buffer::new(passes.device, "a block of a film", size, usage, Place::Readback)?;
+            commands.copy(buffers.block.raw, kept.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size }]);
+            self.kept.push((self.sample / BLOCK, end - self.sample, kept));
+        }
+        commands.to_host();
+        let submission = passes.queue.submit(commands)?;
+        let samples = a_row * u64::from(rows);
+        self.flying.push_back(Flight { submission, samples, slot, handed_in: Instant::now() });
+        if is_whole {
+            (self.sample, self.row) = (end, 0);
+        }
+        Ok(())
+    }
+
+    /// Takes back what is done.
+    fn collect(&mut self, passes: &mut Passes<'_>) -> Result<()> {
+        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let done = passes.queue.done()?;
+        while let Some(flight) = self.flying.pop_front_if(|flight| flight.submission <= done) {
+            let counters: &[u32] = bytemuck::cast_slice(&buffers.read_counters.mapped()[..AHEAD * 16]);
+            let of = |k: usize| u64::from(counters[flight.slot as usize * 4 + k]);
+            self.rays.camera += of(0);
+            self.rays.bounce += of(1);
+            self.rays.shadow += of(2);
+            self.discarded += of(3);
+            self.done += flight.samples;
+            let now = Instant::now();
+            let took = now.duration_since(flight.handed_in.max(self.last_done)).as_secs_f64();
+            self.last_done = now;
+            let pace = took / flight.samples as f64;
+            // The first dispatch of a device may compile its shaders: what is faster counts at once.
+            self.pace =
+                Some(self.pace.map_or(pace, |before| if pace < before { pace } else { 0.7 * before + 0.3 * pace }));
+        }
+        passes.queue.collect()
+    }
+
+    /// The film: whole blocks only. A block that was begun is brought to its end first.
+    pub fn into_film(mut self, passes: &mut Passes<'_>) -> Result<Film> {
+        while self.row > 0 {
+            self.hand_in(passes, LONGEST)?;
+        }
+        let samples = self.sample - self.frame.samples.start;
+        let Some(buffers) = self.buffers.take() else {
+            return Err(VulkanError::Limit("the frame was read back already".to_owned()));
+        };
+        let read = |passes: &mut Passes<'_>, from: &Buffer| read(passes, from);
+        let sum = read(passes, &buffers.film)?;
+        let sum: Vec<[f32; 3]> = sum.chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
+        let mut aovs = Vec::with_capacity(self.frame.aovs.len());
+        let count = samples.max(1) as f32;
+        let centers: Vec<CenterHit> = match &buffers.centers {
+            Some(centers) if self.has_centers => bytemuck::pod_collect_to_vec(&read(passes, centers)?),
+            _ => Vec::new(),
+        };
+        for &aov in &self.frame.aovs {
+            let averaged = match aov {
+                Aov::Albedo => buffers.albedo.as_ref(),
+                Aov::Normal => buffers.normal.as_ref(),
+                _ => None,
+            };
+            let values: Vec<f32> = match averaged {
+                Some(buffer) => {
+                    let sums = read(passes, buffer)?;
+                    sums.chunks_exact(4)
+                        .take(sum.len())
+                        .flat_map(|p| [p[0] / count, p[1] / count, p[2] / count])
+                        .collect()
+                }
+                None if centers.is_empty() => vec![0.0; sum.len() * aov.channels()],
+                None => centers.iter().flat_map(|hit| channels(hit, aov)).collect(),
+            };
+            aovs.push((aov, values));
+        }
+        // SYNC: reading the film back waits for all of it, the kept blocks among that.
+        passes.queue.wait(passes.queue.last(), Duration::MAX)?;
+        let blocks = self.kept.iter().map(|(index, samples, buffer)| {
+            let floats: &[f32] = bytemuck::cast_slice(buffer.mapped());
+            let sum = floats.chunks_exact(4).take(sum.len()).map(|p| [p[0], p[1], p[2]]).collect();
+            FilmBlock { index: *index, samples: *samples, sum }
+        });
+        let blocks = blocks.collect();
+        let (width, height, tile) = (self.frame.width, self.frame.height, self.frame.tile);
+        Ok(Film { width, height, tile, samples, sum, blocks, aovs })
+    }
+
+    /// Gives up what is under way: its buffers go when the device is done with them.
+    pub fn retire(mut self, queue: &mut Queue) {
+        queue.retire((self.buffers.take(), std::mem::take(&mut self.kept)));
+    }
+}
+
+/// The channels of an AOV of a pixel's centre.
+fn channels(hit: &CenterHit, aov: Aov) -> Vec<f32> {
+    match aov {
+        Aov::Depth => vec![hit.depth],
+        Aov::Position => hit.position.to_vec(),
+        Aov::Node => vec![hit.node],
+        Aov::Primitive => vec![hit.primitive],
+        Aov::Material => vec![hit.material],
+        Aov::Albedo | Aov::Normal => Vec::new(),
+    }
+}
+
+/// Copies a buffer of floats back.
+fn read(passes: &mut Passes<'_>, from: &Buffer) -> Result<Vec<f32>> {
+    let to = Buffer::new(passes.device, "a film", from.size, vk::BufferUsageFlags::TRANSFER_DST, Place::Readback)?;
+    let mut commands = passes.queue.begin()?;
+    commands.full_barrier();
+    commands.copy(from.raw, to.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }]);
+    commands.to_host();
+    let number = passes.queue.submit(commands)?;
+    // SYNC: an explicit readback of the film.
+    passes.queue.wait(number, Duration::MAX)?;
+    Ok(bytemuck::pod_collect_to_vec(&to.mapped()[..from.size as usize]))
+}
+
+impl Buffers {
+    fn new(device: &Arc<Device>, frame: &Frame) -> Result<Self> {
+        let pixels = u64::from(frame.tile.width) * u64::from(frame.tile.height);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let make = |what, size| Buffer::new(device, what, size, usage, Place::Device);
+        let wants = |aov| frame.aovs.contains(&aov);
+        // The sums of the frame, then those of the block under way.
+        let sums = |wanted: bool, what| wanted.then(|| make(what, 2 * 16 * pixels)).transpose();
+        let wants_centers = frame.aovs.iter().any(|aov| !matches!(aov, Aov::Albedo | Aov::Normal));
+        let centers = size_of::<CenterHit>() as u64 * pixels;
+        Ok(Self {
+            tables: make("tables of a frame", TABLES)?,
+            film: make("a film", 16 * pixels)?,
+            block: make("a block of a film", 16 * pixels)?,
+            albedo: sums(wants(Aov::Albedo), "the albedo of a frame")?,
+            normal: sums(wants(Aov::Normal), "the normals of a frame")?,
+            centers: wants_centers.then(|| make("pixel centres of a frame", centers)).transpose()?,
+            counters: make("counters of a frame", 16 * AHEAD as u64)?,
+            read_counters: Buffer::new(device, "counters of a frame", 16 * AHEAD as u64, usage, Place::Readback)?,
+        })
+    }
+
+    fn table(&self, frame: &Frame) -> FrameTable {
+        let address = |buffer: &Option<Buffer>| buffer.as_ref().map_or(0, |buffer| buffer.address);
+        let c = &frame.camera;
+        let (projection, size) = match c.projection {
+            Projection::Perspective { tan_half_fov_y } => (0, tan_half_fov_y),
+            Projection::Orthographic { half_height } => (1, half_height),
+        };
+        let (filter, filter_radius) = match frame.filter {
+            PixelFilter::Box => (0, 0.0),
+            PixelFilter::Tent { radius } => (1, radius),
+            PixelFilter::BlackmanHarris { radius } => (2, radius),
+        };
+        FrameTable {
+            scene: self.tables.address + SCENE_AT,
+            lights: self.tables.address + LIGHTS_AT,
+            film: self.film.address,
+            block: self.block.address,
+            albedo: address(&self.albedo),
+            normal: address(&self.normal),
+            centers: address(&self.centers),
+            counters: self.counters.address,
+            position: c.position,
+            projection,
+            right: c.right,
+            size,
+            up: c.up,
+            lens_radius: c.lens_radius,
+            forward: c.forward,
+            focus_distance: c.focus_distance,
+            near: c.near,
+            far: c.far,
+            width: frame.width,
+            height: frame.height,
+            tile_x: frame.tile.x,
+            tile_y: frame.tile.y,
+            tile_width: frame.tile.width,
+            tile_height: frame.tile.height,
+            seed: frame.seed,
+            max_depth: frame.max_depth,
+            roulette_depth: frame.roulette_depth,
+            firefly_clamp: frame.firefly_clamp.unwrap_or(f32::INFINITY),
+            estimator: match frame.estimator {
+                Estimator::Mis => 0,
+                Estimator::BsdfOnly => 1,
+                Estimator::LightOnly => 2,
+            },
+            filter,
+            filter_radius,
+            reserved: 0,
+        }
+    }
+}
