@@ -2,12 +2,12 @@
 
 use super::{Measured, Settings};
 use crate::failure::{Exit, Failure};
+use crate::job::backend::open;
 use crate::job::environment::lights_itself;
-use orthant_cpu::CpuBackend;
 use orthant_render::camera::View;
 use orthant_render::sky;
 use orthant_resident::frame::{Estimator, Frame, PixelFilter, Tile};
-use orthant_resident::{Backend, Environment, TicketStatus};
+use orthant_resident::{Environment, TicketStatus};
 use std::path::Path;
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ const SAMPLES: u32 = 16;
 pub fn run(file: &Path, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let internal = |e: orthant_resident::BackendError| Failure::new(Exit::Internal, e.to_string());
     let mut loaded = super::load(file, settings)?;
-    let mut backend = CpuBackend::new();
+    let mut backend = open(settings.backend, settings.device, false)?;
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
     backend.set_environment(environment).map_err(internal)?;
     let batch = loaded.derived.load_batch();

@@ -1,18 +1,17 @@
 //! `orthant render`: a scene to an image, or to a share of one.
 
-use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg};
-use crate::commands::devices;
-use crate::failure::{Exit, Failure};
+use crate::args::{AovArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg};
+use crate::failure::Failure;
 use crate::image_io::{Display, Format};
-use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings, validate};
+use crate::job::backend::{AnyBackend, backend_failure, open};
+use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings};
 use crate::output::{check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
-use orthant_cpu::CpuBackend;
 use orthant_resident::backend::{ApplyReport, RayCounts};
 use orthant_resident::film::BLOCK;
 use orthant_resident::frame::{PixelFilter, Tile};
 use orthant_resident::tonemap::ToneMapper;
-use orthant_resident::{Backend, BackendError, Environment, Film, Frame};
+use orthant_resident::{Environment, Film, Frame};
 use serde_json::json;
 use std::ops::Range;
 use std::path::Path;
@@ -56,14 +55,13 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let environment = environment::select(&loaded, args, common.max_memory() / 2)?;
     let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
 
-    let mut backend = CpuBackend::new();
+    let mut backend = open(args.backend, args.device.as_deref(), args.validate)?;
     let upload = Instant::now();
     let applied = backend.apply(loaded.derived.load_batch()).map_err(backend_failure)?;
     backend.set_environment(environment.clone()).map_err(backend_failure)?;
     let upload = upload.elapsed();
     if args.validate {
-        let failed = |what| Failure::new(Exit::CheckFailed, format!("--validate: {what}"));
-        validate::validate(&loaded.derived, backend.scene()).map_err(failed)?;
+        backend.validate(&loaded.derived)?;
     }
 
     let mut work = Work { backend: &mut backend, progress: Progress::new(common.quiet), spent: Spent::default() };
@@ -201,33 +199,10 @@ fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
     if args.world.is_some() {
         return Err(Failure::missing("worlds are not built yet: leave --world out"));
     }
-    if args.backend == BackendArg::Vulkan {
-        return Err(Failure::missing("the Vulkan backend is not built yet: use --backend cpu"));
-    }
     if args.renderer == RendererArg::Raster {
-        return Err(Failure::missing("the CPU backend has no rasterizer: use --renderer path"));
-    }
-    if let Some(device) = &args.device {
-        let devices = devices::list();
-        let by_index = device.parse::<usize>().is_ok_and(|index| index < devices.len());
-        let wanted = device.to_lowercase();
-        let named = |d: &devices::Device| d.backend == wanted || d.name.to_lowercase().contains(&wanted);
-        if !by_index && !devices.iter().any(named) {
-            let what = format!("there is no device {device:?}: `orthant devices` lists what there is");
-            return Err(Failure::missing(what));
-        }
+        return Err(Failure::missing("there is no rasterizer yet: use --renderer path"));
     }
     Ok(())
-}
-
-/// A fault of the backend that the frame or the batch is to blame for is one of the program: both are made here.
-fn backend_failure(error: BackendError) -> Failure {
-    let exit = match error {
-        BackendError::Device(_) => Exit::Missing,
-        BackendError::InvalidFrame(_) => Exit::Usage,
-        _ => Exit::Internal,
-    };
-    Failure::new(exit, error.to_string())
 }
 
 /// What rendering took.
@@ -240,7 +215,7 @@ struct Spent {
 
 /// The backend at work, seen by whoever waits.
 struct Work<'a> {
-    backend: &'a mut CpuBackend,
+    backend: &'a mut AnyBackend,
     progress: Progress,
     spent: Spent,
 }
@@ -320,7 +295,7 @@ fn write_stats(
     path: &Path,
     plan: &Plan,
     loaded: &Loaded,
-    backend: &CpuBackend,
+    backend: &AnyBackend,
     times: &Times,
     spent: &Spent,
 ) -> Result<(), Failure> {
