@@ -5,6 +5,11 @@
 //! is that of C; addresses come first.
 
 use bytemuck::{Pod, Zeroable};
+use orthant_resident::energy::{AVERAGES, COSINES, ENERGY, ROUGHNESSES};
+use orthant_resident::math::SRGB8;
+use orthant_resident::rows::MaterialRow;
+use orthant_resident::sampling::pixel_filter::BLACKMAN_HARRIS;
+use orthant_resident::sampling::sobol::reversed_sobol;
 
 /// A device address; 0 where there is nothing.
 pub type Address = u64;
@@ -37,9 +42,10 @@ pub struct FrameTable {
     pub film: Address,
     /// The same over the samples of the block under way.
     pub block: Address,
-    /// Four floats a pixel: sum of the albedo over the samples; 0 where it is not asked for.
+    /// Sums of the albedo: four floats for each pixel as in `film`, and then for each as in `block`; 0 where it is not asked
+    /// for.
     pub albedo: Address,
-    /// Four floats a pixel: sum of the shading normal; 0 where it is not asked for.
+    /// Sums of the shading normal, likewise.
     pub normal: Address,
     /// A [`CenterHit`] for each pixel; 0 where none is asked for.
     pub centers: Address,
@@ -91,8 +97,8 @@ pub struct FrameTable {
     pub filter: u32,
     /// In pixels.
     pub filter_radius: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// One past the last sample of the frame: with it the last block ends, whole or not.
+    pub end_sample: u32,
 }
 
 /// What the ray through a pixel's centre hits.
@@ -141,6 +147,8 @@ pub struct SceneTable {
     pub emitters: Address,
     /// [`orthant_resident::rows::RenderNodeRow`].
     pub render_nodes: Address,
+    /// Of [`Constants`].
+    pub constants: Address,
     /// Rows of the buffer of that name.
     pub material_count: u32,
     /// Rows of the buffer of that name.
@@ -153,6 +161,50 @@ pub struct SceneTable {
     pub emitter_triangle_count: u32,
     /// Elements of the tangent stream.
     pub tangent_count: u32,
+}
+
+/// Tables that never change: those that the Rust code computes with.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Constants {
+    /// What a row of the render-node buffer has whose material is in no row.
+    pub default_material: MaterialRow,
+    /// [`ENERGY`], row by row.
+    pub energy: [u32; COSINES * ROUGHNESSES],
+    /// Bit-reversed Sobol points by dimension, byte of the index, and value of the byte.
+    pub reversed_sobol: [[[u32; 256]; 2]; 4],
+    /// [`SRGB8`].
+    pub srgb8: [f32; 256],
+    /// [`AVERAGES`].
+    pub averages: [[f32; 2]; ROUGHNESSES],
+    /// [`BLACKMAN_HARRIS`].
+    pub blackman_harris: [f32; 33],
+    /// Zero.
+    pub reserved: [u32; 3],
+}
+
+impl Constants {
+    /// The tables.
+    pub fn new() -> Self {
+        let sobol = |dimension: usize, byte: u32| {
+            std::array::from_fn(|value| reversed_sobol((value as u32) << (8 * byte), dimension))
+        };
+        Self {
+            default_material: MaterialRow::DEFAULT,
+            energy: ENERGY,
+            reversed_sobol: std::array::from_fn(|dimension| [sobol(dimension, 0), sobol(dimension, 1)]),
+            srgb8: SRGB8,
+            averages: AVERAGES,
+            blackman_harris: BLACKMAN_HARRIS,
+            reserved: [0; 3],
+        }
+    }
+}
+
+impl Default for Constants {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// An image of the image table. A slot without an image has zero levels.

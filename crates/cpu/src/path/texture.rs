@@ -3,36 +3,8 @@
 use crate::scene::ResidentScene;
 use glam::{Vec2, Vec4};
 use orthant_resident::image::{ImageData, MipLevel, MipMode, Sampling, TexelFormat, Wrap};
-use orthant_resident::math::{log2, srgb_to_linear};
+use orthant_resident::math::{SRGB8, log2, srgb_to_linear};
 use orthant_resident::rows::TextureSlot;
-
-/// Linear light by 8-bit sRGB value.
-static SRGB8: [f32; 256] = srgb8_table();
-
-const fn srgb8_table() -> [f32; 256] {
-    let mut table = [0.0; 256];
-    let mut i = 0;
-    while i < 256 {
-        let v = i as f64 / 255.0;
-        table[i] = if v <= 0.04045 {
-            (v / 12.92) as f32
-        } else {
-            // x^2.4 = x^2 y with y^5 = x^2, by Newton's method: powers are not constant functions.
-            let x = (v + 0.055) / 1.055;
-            let x2 = x * x;
-            let mut y = 1.0;
-            let mut step = 0;
-            while step < 60 {
-                let y4 = y * y * y * y;
-                y -= (y4 * y - x2) / (5.0 * y4);
-                step += 1;
-            }
-            (x2 * y) as f32
-        };
-        i += 1;
-    }
-    table
-}
 
 /// Reads a material's texture at a point, in linear light; `None` where there is none. `footprint` is the area of the
 /// pixel's (or ray's) footprint in squared units of the slot's UV set; 0 asks for the finest level.

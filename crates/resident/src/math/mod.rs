@@ -13,7 +13,7 @@ mod trig;
 pub use float::{gamma, next_float_down, next_float_up, unit_float};
 pub use frame::{OrthonormalFrame, safe_normalize};
 pub use log::{exp2, log2, pow};
-pub use srgb::srgb_to_linear;
+pub use srgb::{SRGB8, srgb_to_linear};
 pub use trig::{atan2_turns, sin_cos_turns};
 
 /// Luminance of a linear Rec. 709 colour.

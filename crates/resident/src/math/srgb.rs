@@ -4,6 +4,34 @@ pub fn srgb_to_linear(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { super::pow((v + 0.055) / 1.055, 2.4) }
 }
 
+/// Linear light by 8-bit sRGB value.
+pub static SRGB8: [f32; 256] = srgb8_table();
+
+const fn srgb8_table() -> [f32; 256] {
+    let mut table = [0.0; 256];
+    let mut i = 0;
+    while i < 256 {
+        let v = i as f64 / 255.0;
+        table[i] = if v <= 0.04045 {
+            (v / 12.92) as f32
+        } else {
+            // x^2.4 = x^2 y with y^5 = x^2, by Newton's method: powers are not constant functions.
+            let x = (v + 0.055) / 1.055;
+            let x2 = x * x;
+            let mut y = 1.0;
+            let mut step = 0;
+            while step < 60 {
+                let y4 = y * y * y * y;
+                y -= (y4 * y - x2) / (5.0 * y4);
+                step += 1;
+            }
+            (x2 * y) as f32
+        };
+        i += 1;
+    }
+    table
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

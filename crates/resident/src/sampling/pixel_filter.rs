@@ -6,7 +6,7 @@ use glam::Vec2;
 
 /// The integral of the Blackman-Harris window `0.35875 + 0.48829 cos(pi t) + 0.14128 cos(2 pi t) + 0.01168 cos(3 pi t)`
 /// over -t..t, divided by that over -1..1, at t = i / 32.
-const BLACKMAN_HARRIS: [f32; 33] = [
+pub const BLACKMAN_HARRIS: [f32; 33] = [
     0.0,
     0.0869461513,
     0.172927073,

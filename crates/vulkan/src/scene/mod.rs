@@ -17,7 +17,7 @@ mod tlas;
 
 pub use readback::ResidentRows;
 
-use crate::abi::SceneTable;
+use crate::abi::{Constants, SceneTable};
 use crate::device::Device;
 use crate::error::Result;
 use crate::memory::{Arena, Queue, Staging, Uploads};
@@ -27,7 +27,7 @@ use blas::{BlasSet, Streams};
 use images::ImageTable;
 use lights::{Lights, Mirror};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
-use orthant_resident::batch::{TextureRow, TlasAction};
+use orthant_resident::batch::{RowWrites, TextureRow, TlasAction};
 use orthant_resident::check::Resident;
 use orthant_resident::rows::{EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, RenderNodeRow, VertexRow};
 use orthant_resident::{Environment, SceneBatch};
@@ -49,6 +49,7 @@ pub(crate) struct ResidentScene {
     emitter_triangles: Arena,
     emitters: Arena,
     render_nodes: Arena,
+    constants: Arena,
     pub images: ImageTable,
     blas: BlasSet,
     tlas: Tlas,
@@ -86,6 +87,7 @@ impl ResidentScene {
             emitter_triangles: Arena::new("emitter triangles", size_of::<EmitterTriangle>(), none),
             emitters: Arena::new("emitters", size_of::<EmitterRow>(), none),
             render_nodes: Arena::new("render nodes", size_of::<RenderNodeRow>(), none),
+            constants: Arena::new("constant tables", size_of::<Constants>(), none),
             images: ImageTable::new(device)?,
             blas: BlasSet::new(device, &pages),
             tlas: Tlas::new(device, &pages)?,
@@ -126,6 +128,11 @@ impl ResidentScene {
         let mut applied = Applied::default();
         let mut uploads = Uploads::begin(queue, staging)?;
         let (u, device) = (&mut uploads, &self.device.clone());
+
+        if self.constants.len == 0 {
+            let constants = RowWrites::whole(vec![Constants::new()]);
+            u.overhead(|u| u.rows(device, &mut self.constants, &constants))?;
+        }
 
         // Rows and streams
         u.rows(device, &mut self.positions, &batch.positions)?;
@@ -209,6 +216,7 @@ impl ResidentScene {
             emitter_triangles: self.emitter_triangles.address(),
             emitters: self.emitters.address(),
             render_nodes: self.render_nodes.address(),
+            constants: self.constants.address(),
             material_count: self.materials.len,
             texture_count: self.textures.len,
             image_count: self.images.len(),

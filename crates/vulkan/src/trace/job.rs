@@ -386,7 +386,7 @@ impl Buffers {
             },
             filter,
             filter_radius,
-            reserved: 0,
+            end_sample: frame.samples.end,
         }
     }
 }
