@@ -268,6 +268,12 @@ pub struct BenchArgs {
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
+    /// What renders, for `render`
+    #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
+    pub backend: BackendArg,
+    /// The device, by its number in `orthant devices` or a part of its name, for `render`
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
     /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub size: Option<u32>,

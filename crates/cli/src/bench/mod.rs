@@ -11,6 +11,7 @@ mod memory;
 mod render;
 mod trace;
 
+use crate::args::BackendArg;
 use crate::failure::Failure;
 use crate::job::{self, LoadOptions, Loaded};
 use serde_json::{Map, Value, json};
@@ -80,8 +81,8 @@ pub enum Suite<'a> {
     Derive,
     /// Rays through the resident scene, beside `obvhs`.
     Trace(&'a Path),
-    /// Whole frames.
-    Render(&'a Path),
+    /// Whole frames, by a backend on a device.
+    Render(&'a Path, BackendArg, Option<&'a str>),
     /// Edit, sync and apply.
     Edit,
     /// Bounding volume hierarchies, beside `obvhs`.
@@ -95,7 +96,7 @@ impl Suite<'_> {
             Self::Load(_) => "load",
             Self::Derive => "derive",
             Self::Trace(_) => "trace",
-            Self::Render(_) => "render",
+            Self::Render(..) => "render",
             Self::Edit => "edit",
             Self::Bvh => "bvh",
         }
@@ -124,7 +125,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Load(file) => load::run(file, settings)?,
         Suite::Derive => derive::run(settings)?,
         Suite::Trace(file) => trace::run(file, settings)?,
-        Suite::Render(file) => render::run(file, settings)?,
+        Suite::Render(file, backend, device) => render::run(file, backend, device, settings)?,
         Suite::Edit => edit::run(settings)?,
         Suite::Bvh => bvh::run(settings),
     };

@@ -25,7 +25,7 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
         BenchSuite::Edit => own(Suite::Edit)?,
         BenchSuite::Bvh => own(Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
-        BenchSuite::Render => Suite::Render(file()?),
+        BenchSuite::Render => Suite::Render(file()?, args.backend, args.device.as_deref()),
     };
     if args.size.is_some() && !matches!(args.suite, BenchSuite::Edit | BenchSuite::Bvh) {
         return Err(Failure::usage("--size: this suite has no size to choose").remedy("leave it out"));

@@ -2,6 +2,7 @@
 
 pub mod animation;
 pub mod aov;
+pub mod backend;
 pub mod camera;
 pub mod environment;
 pub mod load;

@@ -174,6 +174,7 @@ features! {
     v12.descriptor_binding_partially_bound "partially bound descriptors";
     v12.descriptor_binding_sampled_image_update_after_bind "update of images after binding";
     v12.descriptor_binding_variable_descriptor_count "variable descriptor counts";
+    v12.descriptor_binding_update_unused_while_pending "update of unused descriptors";
     v12.timeline_semaphore "timeline semaphores";
     v12.scalar_block_layout "scalar block layout";
     v12.host_query_reset "reset of queries by the host";
