@@ -26,7 +26,8 @@ pub struct TracePush {
     pub first_sample: u32,
     /// See `first_sample`.
     pub end_sample: u32,
-    /// Index of the four counters of this dispatch (camera, bounce and shadow rays, discarded contributions).
+    /// Which counters are this dispatch's: 64 times four (camera, bounce and shadow rays, discarded contributions), to be
+    /// added up.
     pub counters: u32,
 }
 
@@ -49,7 +50,7 @@ pub struct FrameTable {
     pub normal: Address,
     /// A [`CenterHit`] for each pixel; 0 where none is asked for.
     pub centers: Address,
-    /// Four 32-bit counters for each dispatch under way.
+    /// 64 times four 32-bit counters for each dispatch under way.
     pub counters: Address,
     /// Centre of the lens.
     pub position: [f32; 3],

@@ -74,7 +74,7 @@ impl ResidentRows {
         let is_seen = node.flags & SEEN == SEEN;
         let blas = self.blas.get(node.primitive as usize).copied().filter(|_| is_seen).unwrap_or(0);
         use vk::GeometryInstanceFlagsKHR as Flags;
-        let mut flags = Flags::TRIANGLE_FRONT_COUNTERCLOCKWISE;
+        let mut flags = Flags::empty();
         if node.flags & NodeFlags::DOUBLE_SIDED != 0 {
             flags |= Flags::TRIANGLE_FACING_CULL_DISABLE;
         }

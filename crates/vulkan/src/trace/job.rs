@@ -23,6 +23,10 @@ use std::time::{Duration, Instant};
 const AHEAD: usize = 3;
 /// Samples of the first dispatch of a frame, whose speed nobody knows.
 const FIRST_SAMPLES: u64 = 1 << 16;
+/// Sets of four counters of one dispatch; `COUNTER_SETS` of the shaders.
+const COUNTER_SETS: u64 = 64;
+/// Bytes of them.
+const COUNTERS: u64 = 16 * COUNTER_SETS;
 /// Time that one dispatch should take at most: longer ones make a desktop stutter.
 const LONGEST: Duration = Duration::from_millis(100);
 
@@ -172,7 +176,7 @@ impl Job {
         self.slots += 1;
 
         let mut commands = passes.queue.begin()?;
-        commands.fill(buffers.counters.raw, u64::from(slot) * 16, 16, 0);
+        commands.fill(buffers.counters.raw, u64::from(slot) * COUNTERS, COUNTERS, 0);
         commands.full_barrier();
         let mut push = TracePush {
             frame: buffers.tables.address + FRAME_AT,
@@ -190,7 +194,11 @@ impl Job {
         }
         self.has_centers = true;
         commands.full_barrier();
-        let counters = vk::BufferCopy { src_offset: u64::from(slot) * 16, dst_offset: u64::from(slot) * 16, size: 16 };
+        let counters = vk::BufferCopy {
+            src_offset: u64::from(slot) * COUNTERS,
+            dst_offset: u64::from(slot) * COUNTERS,
+            size: COUNTERS,
+        };
         commands.copy(buffers.counters.raw, buffers.read_counters.raw, &[counters]);
         self.row += rows;
         let is_whole = self.row == tile.height;
@@ -216,8 +224,9 @@ impl Job {
         let Some(buffers) = &self.buffers else { return Ok(()) };
         let done = passes.queue.done()?;
         while let Some(flight) = self.flying.pop_front_if(|flight| flight.submission <= done) {
-            let counters: &[u32] = bytemuck::cast_slice(&buffers.read_counters.mapped()[..AHEAD * 16]);
-            let of = |k: usize| u64::from(counters[flight.slot as usize * 4 + k]);
+            let at = flight.slot as usize * COUNTERS as usize;
+            let counters: &[u32] = bytemuck::cast_slice(&buffers.read_counters.mapped()[at..at + COUNTERS as usize]);
+            let of = |k: usize| counters.iter().skip(k).step_by(4).map(|&count| u64::from(count)).sum::<u64>();
             self.rays.camera += of(0);
             self.rays.bounce += of(1);
             self.rays.shadow += of(2);
@@ -333,8 +342,8 @@ impl Buffers {
             albedo: sums(wants(Aov::Albedo), "the albedo of a frame")?,
             normal: sums(wants(Aov::Normal), "the normals of a frame")?,
             centers: wants_centers.then(|| make("pixel centres of a frame", centers)).transpose()?,
-            counters: make("counters of a frame", 16 * AHEAD as u64)?,
-            read_counters: Buffer::new(device, "counters of a frame", 16 * AHEAD as u64, usage, Place::Readback)?,
+            counters: make("counters of a frame", COUNTERS * AHEAD as u64)?,
+            read_counters: Buffer::new(device, "counters of a frame", COUNTERS * AHEAD as u64, usage, Place::Readback)?,
         })
     }
 

@@ -1,0 +1,163 @@
+//! The Vulkan backend beside the CPU backend: the same rows resident, the same hits, the same images. Without a device the
+//! tests say so, unless `ORTHANT_REQUIRE_VULKAN=1`. The validation layers have nothing to say.
+
+use orthant::job::{LoadOptions, Loaded, environment::lights_itself, load};
+use orthant_cpu::CpuBackend;
+use orthant_render::camera::View;
+use orthant_render::sky;
+use orthant_resident::frame::{Aov, Estimator, PixelFilter, Tile};
+use orthant_resident::{Backend, Environment, Film, Frame};
+use orthant_vulkan::VulkanBackend;
+use orthant_vulkan::device::DeviceOptions;
+use std::path::Path;
+use std::time::Duration;
+
+mod common;
+
+/// A device under the validation layers, or `None` where there is none and none has to be.
+fn device() -> Option<VulkanBackend> {
+    let required = std::env::var("ORTHANT_REQUIRE_VULKAN").is_ok_and(|v| v == "1");
+    match VulkanBackend::new(&DeviceOptions { device: None, validate: true }) {
+        Ok(backend) => Some(backend),
+        Err(error) if required => panic!("ORTHANT_REQUIRE_VULKAN is set: {error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+const AOVS: [Aov; 7] =
+    [Aov::Albedo, Aov::Normal, Aov::Depth, Aov::Position, Aov::Node, Aov::Primitive, Aov::Material];
+
+fn open(path: &Path) -> Loaded {
+    let options = LoadOptions {
+        scene: None,
+        variant: None,
+        moment: None,
+        allow_external_files: false,
+        max_memory: 4 << 30,
+    };
+    load(path, &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn frame(loaded: &Loaded, (width, height): (u32, u32), samples: u32) -> Frame {
+    let derived = &loaded.derived;
+    let aspect = f64::from(width) / f64::from(height);
+    let view = View::first_camera(&loaded.scene, derived, aspect);
+    let view = view.or_else(|| derived.bounds().map(|b| View::framing(b, aspect))).expect("the scene shows something");
+    Frame {
+        camera: view.to_camera(derived.origin),
+        width,
+        height,
+        tile: Tile { x: 0, y: 0, width, height },
+        samples: 0..samples,
+        keep_blocks: false,
+        seed: 3,
+        max_depth: 6,
+        roulette_depth: 3,
+        firefly_clamp: None,
+        estimator: Estimator::Mis,
+        filter: PixelFilter::BlackmanHarris { radius: 1.5 },
+        aovs: AOVS.to_vec(),
+        threads: 0,
+    }
+}
+
+fn render(backend: &mut dyn Backend, frame: &Frame) -> Film {
+    let ticket = backend.submit(frame.clone()).expect("the frame is sound");
+    while !backend.poll(ticket, Duration::from_secs(1)).expect("the device works").is_done() {}
+    backend.read_film(ticket).expect("the film is there")
+}
+
+fn aov(film: &Film, wanted: Aov) -> &[f32] {
+    &film.aovs.iter().find(|(aov, _)| *aov == wanted).expect("it was asked for").1
+}
+
+/// Films of both backends.
+fn films(vulkan: &mut VulkanBackend, path: &Path, size: (u32, u32), samples: u32) -> [Film; 2] {
+    let mut loaded = open(path);
+    let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
+    let frame = frame(&loaded, size, samples);
+    let batch = loaded.derived.load_batch();
+    let mut cpu = CpuBackend::new();
+    cpu.apply(batch.clone()).expect("the batch is sound");
+    vulkan.apply(batch).expect("the batch is sound");
+    cpu.set_environment(environment.clone()).expect("the environment is sound");
+    vulkan.set_environment(environment).expect("the environment is sound");
+    let films = [render(&mut cpu, &frame), render(vulkan, &frame)];
+    assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
+    films
+}
+
+/// What differs between the hits of two films: pixels whose node, primitive or material is another than in the other film,
+/// those of them that no neighbour explains, and the largest relative difference of depths where both hit the same.
+fn hits(cpu: &Film, vulkan: &Film) -> (usize, usize, f64) {
+    let ids = [Aov::Node, Aov::Primitive, Aov::Material].map(|a| (aov(cpu, a), aov(vulkan, a)));
+    let (depth_c, depth_v) = (aov(cpu, Aov::Depth), aov(vulkan, Aov::Depth));
+    let (w, h) = (cpu.tile.width as i32, cpu.tile.height as i32);
+    let (mut differ, mut unexplained, mut depth) = (0, 0, 0.0f64);
+    for y in 0..h {
+        for x in 0..w {
+            let i = (y * w + x) as usize;
+            if ids.iter().all(|(c, v)| c[i] == v[i]) {
+                if depth_c[i] != depth_v[i] {
+                    depth = depth.max(f64::from((depth_c[i] - depth_v[i]).abs() / depth_c[i].abs()));
+                }
+                continue;
+            }
+            differ += 1;
+            let near = |dx: i32, dy: i32| {
+                let (x, y) = (x + dx, y + dy);
+                let at = (y * w + x) as usize;
+                (0..w).contains(&x) && (0..h).contains(&y) && ids.iter().all(|(c, v)| c[at] == v[i])
+            };
+            let explained = (-1..=1).any(|dx| (-1..=1).any(|dy| near(dx, dy)));
+            let coincident = (depth_c[i] - depth_v[i]).abs() <= 1e-4 * depth_c[i].abs();
+            unexplained += usize::from(!explained && !coincident);
+        }
+    }
+    (differ, unexplained, depth)
+}
+
+/// Relative mean squared error of an image beside another, and the ratio of their means.
+fn images(reference: &[[f32; 3]], test: &[[f32; 3]]) -> (f64, f64) {
+    let (mut error, mut sums) = (0.0, [0.0f64; 2]);
+    for (r, t) in reference.as_flattened().iter().zip(test.as_flattened()) {
+        let (r, t) = (f64::from(*r), f64::from(*t));
+        error += (r - t).powi(2) / (r * r + 1e-2);
+        sums[0] += r;
+        sums[1] += t;
+    }
+    (error / reference.as_flattened().len() as f64, sums[1] / sums[0])
+}
+
+#[test]
+fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
+    let folder = tempfile::tempdir().expect("folder");
+    let scenes = [
+        "cornell",
+        "material-grid",
+        "forest --trees 20",
+        "city --nodes 500",
+        "chain --depth 40",
+        "instances --count 100",
+        "animated-crowd --count 4",
+    ];
+    let only = std::env::var("ORTHANT_VULKAN_SCENE").ok();
+    for scene in scenes.iter().filter(|scene| only.as_ref().is_none_or(|only| scene.starts_with(only.as_str()))) {
+        let Some(mut vulkan) = device() else { return };
+        let name = format!("{}.glb", scene.split(' ').next().unwrap_or_default());
+        let mut args = vec!["generate"];
+        args.extend(scene.split(' '));
+        args.extend(["-o", &name]);
+        common::succeed(folder.path(), &args);
+        let [cpu, gpu] = films(&mut vulkan, &folder.path().join(&name), (64, 48), 16);
+        let (differ, unexplained, depth) = hits(&cpu, &gpu);
+        let (error, means) = images(&cpu.resolve(), &gpu.resolve());
+        eprintln!("{scene}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}");
+        assert!(differ <= 64 * 48 / 100 && unexplained == 0, "{scene}: {differ} pixels, {unexplained} of them unexplained");
+        assert!(depth <= 1e-4, "{scene}: depths differ by {depth}");
+        assert!(error <= 1e-2 && (means - 1.0).abs() <= 0.01, "{scene}: {error} {means}");
+    }
+}
