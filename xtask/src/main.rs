@@ -1,17 +1,23 @@
-//! Repository checks of Orthant: `cargo xtask check` (and the same as tests).
+//! Tasks of the repository: `cargo xtask check` (its checks, which are tests as well) and `cargo xtask shaders`.
 
 mod arrows;
+mod shaders;
 mod tree;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let command = std::env::args().nth(1);
-    if command.as_deref() != Some("check") {
-        eprintln!("usage: cargo xtask check");
-        return ExitCode::from(2);
-    }
-    let problems: Vec<String> = [arrows::check(), tree::check_asset_size(), tree::check_unsafe_files()].concat();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let problems: Vec<String> = match arguments[..] {
+        ["check"] => [arrows::check(), tree::check_asset_size(), tree::check_unsafe_files()].concat(),
+        ["shaders"] => shaders::run(false),
+        ["shaders", "--check"] => shaders::run(true),
+        _ => {
+            eprintln!("usage: cargo xtask check | shaders [--check]");
+            return ExitCode::from(2);
+        }
+    };
     for problem in &problems {
         eprintln!("{problem}");
     }
