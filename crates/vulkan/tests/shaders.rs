@@ -84,8 +84,19 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
         ("trace_block", Model::RayGenerationNV),
         ("trace_centers", Model::RayGenerationNV),
     ];
-    assert_eq!(entries("path"), path.map(|(name, model)| (name.to_owned(), model)).into());
-    assert_eq!(entries("instances"), BTreeMap::from([("write_instances".to_owned(), Model::GLCompute)]));
+    let query = [("query_block", Model::GLCompute), ("query_centers", Model::GLCompute)];
+    let expected = [
+        ("path", &path[..]),
+        ("path_query", &query),
+        ("path_reorder", &[("trace_block", Model::RayGenerationNV)]),
+        ("instances", &[("write_instances", Model::GLCompute)]),
+    ];
+    let mut known = BTreeSet::new();
+    for (name, expected) in expected {
+        assert_eq!(entries(name), expected.iter().map(|&(name, model)| (name.to_owned(), model)).collect(), "{name}");
+        known.insert(name.to_owned());
+    }
+    assert_eq!(known, module_names().into_iter().collect());
 }
 
 /// Fused, a multiplication and an addition round once: the bits would not be those of the CPU.

@@ -1,6 +1,6 @@
 //! The shader compiler.
 
-use super::{ARGUMENTS, VERSION};
+use super::VERSION;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -26,7 +26,7 @@ pub fn find_compiler() -> Result<PathBuf, String> {
 }
 
 /// Compiles a source of the folder to SPIR-V.
-pub fn compile(compiler: &Path, folder: &Path, source: &str) -> Result<Vec<u32>, String> {
+pub fn compile(compiler: &Path, folder: &Path, source: &str, arguments: &[&str]) -> Result<Vec<u32>, String> {
     let output = std::env::temp_dir().join(format!("orthant-{}-{source}.spv", std::process::id()));
     // The compiler may be named relative to where the caller is.
     let compiler = if compiler.components().count() > 1 {
@@ -38,7 +38,7 @@ pub fn compile(compiler: &Path, folder: &Path, source: &str) -> Result<Vec<u32>,
     let run = Command::new(compiler)
         .current_dir(folder)
         .arg(source)
-        .args(ARGUMENTS)
+        .args(arguments)
         .arg("-o")
         .arg(&output)
         .output()

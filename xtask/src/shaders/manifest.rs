@@ -1,6 +1,6 @@
 //! `manifest.json`: from what and with what the modules were compiled.
 
-use super::{ARGUMENTS, VERSION};
+use super::VERSION;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,6 +8,7 @@ use std::path::Path;
 /// A compiled module.
 pub struct Module {
     pub source: String,
+    pub arguments: Vec<&'static str>,
     pub output: String,
     pub hash: String,
 }
@@ -34,13 +35,13 @@ impl Manifest {
 
     /// As it lies in the file.
     pub fn to_json(&self) -> String {
-        let modules = self
-            .modules
-            .iter()
-            .map(|module| json!({ "source": module.source, "output": module.output, "blake3": module.hash }));
+        let module = |module: &Module| {
+            let Module { source, arguments, output, hash } = module;
+            json!({ "source": source, "arguments": arguments.join(" "), "output": output, "blake3": hash })
+        };
         let manifest = json!({
-            "compiler": { "name": "slangc", "version": VERSION, "arguments": ARGUMENTS },
-            "modules": modules.collect::<Vec<_>>(),
+            "compiler": { "name": "slangc", "version": VERSION },
+            "modules": self.modules.iter().map(module).collect::<Vec<_>>(),
             "sources": self.sources,
         });
         format!("{manifest:#}\n")

@@ -33,8 +33,14 @@ const ARGUMENTS: [&str; 13] = [
     "all",
 ];
 
-/// The modules by the name of their source.
-const MODULES: [&str; 2] = ["path", "instances"];
+/// The modules by the name of their source, with what they are compiled with besides. Optional capabilities are in modules
+/// of their own: a device takes no module with one that it has not.
+const MODULES: [(&str, &[&str]); 4] = [
+    ("path", &[]),
+    ("path_query", &[]),
+    ("path_reorder", &["-capability", "spvShaderInvocationReorderNV"]),
+    ("instances", &[]),
+];
 
 fn folder() -> PathBuf {
     crate::root().join("crates/vulkan/shaders")
@@ -73,13 +79,15 @@ fn settle(path: &Path, bytes: &[u8], check: bool) -> Result<(), String> {
 fn build(compiler: &Path, folder: &Path) -> Result<(Manifest, Vec<(PathBuf, Vec<u8>)>), String> {
     let mut manifest = Manifest::new(folder)?;
     let mut outputs = Vec::new();
-    for name in MODULES {
+    for (name, more) in MODULES {
         let source = format!("{name}.slang");
-        let compiled = compile::compile(compiler, folder, &source)?;
+        let arguments = [&ARGUMENTS, more].concat();
+        let compiled = compile::compile(compiler, folder, &source, &arguments)?;
         let words = strip::strip(&compiled).map_err(|problem| format!("{source}: {problem}"))?;
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let output = format!("spirv/{name}.spv");
-        manifest.modules.push(Module { source, output: output.clone(), hash: manifest::hash(&bytes) });
+        let hash = manifest::hash(&bytes);
+        manifest.modules.push(Module { source, arguments, output: output.clone(), hash });
         outputs.push((folder.join(output), bytes));
     }
     Ok((manifest, outputs))
