@@ -80,6 +80,7 @@ fn films(vulkan: &mut VulkanBackend, path: &Path, size: (u32, u32), samples: u32
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
     let frame = frame(&loaded, size, samples);
     let batch = loaded.derived.load_batch();
+    vulkan.clear().expect("the device works");
     let mut cpu = CpuBackend::new();
     cpu.apply(batch.clone()).expect("the batch is sound");
     vulkan.apply(batch).expect("the batch is sound");
@@ -145,8 +146,8 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
         "animated-crowd --count 4",
     ];
     let only = std::env::var("ORTHANT_VULKAN_SCENE").ok();
+    let Some(mut vulkan) = device() else { return };
     for scene in scenes.iter().filter(|scene| only.as_ref().is_none_or(|only| scene.starts_with(only.as_str()))) {
-        let Some(mut vulkan) = device() else { return };
         let name = format!("{}.glb", scene.split(' ').next().unwrap_or_default());
         let mut args = vec!["generate"];
         args.extend(scene.split(' '));
@@ -160,4 +161,46 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
         assert!(depth <= 1e-4, "{scene}: depths differ by {depth}");
         assert!(error <= 1e-2 && (means - 1.0).abs() <= 0.01, "{scene}: {error} {means}");
     }
+}
+
+/// glTF files of a folder of shared assets.
+fn assets(folder: &str) -> Vec<std::path::PathBuf> {
+    let Ok(root) = std::env::var("ORTHANT_ASSETS") else {
+        eprintln!("skipped: ORTHANT_ASSETS is not set");
+        return Vec::new();
+    };
+    let folder = Path::new(&root).join(folder);
+    let read = |folder: &Path| std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut found = Vec::new();
+    for entry in read(&folder).flatten().filter(|entry| entry.path().is_dir()) {
+        let is_gltf = |path: &Path| path.extension().is_some_and(|e| e == "gltf" || e == "glb");
+        found.extend(read(&entry.path()).flatten().map(|file| file.path()).filter(|path| is_gltf(path)));
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn shared_assets_give_the_hits_of_the_cpu_backend() {
+    let assets = assets("gltf-khronos");
+    if assets.is_empty() {
+        return;
+    }
+    let Some(mut vulkan) = device() else { return };
+    let mut seen = 0;
+    for path in &assets {
+        let options = LoadOptions { scene: None, variant: None, moment: None, allow_external_files: false, max_memory: 4 << 30 };
+        if !load(path, &options).is_ok_and(|loaded| loaded.derived.bounds().is_some()) {
+            continue;
+        }
+        let [cpu, gpu] = films(&mut vulkan, path, (64, 48), 1);
+        let (differ, unexplained, depth) = hits(&cpu, &gpu);
+        let (error, means) = images(&cpu.resolve(), &gpu.resolve());
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        eprintln!("{name}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}");
+        assert!(unexplained <= 3, "{name}: {differ} pixels, {unexplained} of them unexplained");
+        assert!(depth <= 1e-4, "{name}: depths differ by {depth}");
+        seen += 1;
+    }
+    assert!(seen >= 40, "only {seen} assets show something");
 }

@@ -70,6 +70,21 @@ impl VulkanBackend {
         Ok(backend)
     }
 
+    /// Drops the scene, and with it what broke it: the next batch is that of a load. The environment goes too. The memory is
+    /// free when the device is done with it.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn clear(&mut self) -> Result<()> {
+        self.end_job();
+        let empty = ResidentScene::new(&self.device)?;
+        let old = std::mem::replace(&mut self.scene, empty);
+        self.queue.retire((self.tlas.take(), old));
+        self.broken = None;
+        self.scene.set_environment(&mut self.queue, &mut self.staging, &Environment::none())?;
+        self.queue.collect()
+    }
+
     /// The device.
     pub fn vulkan_device(&self) -> &Arc<Device> {
         &self.device
