@@ -13,14 +13,17 @@ use orthant_resident::rows::RenderNodeRow;
 pub const SHADOW_END: f32 = 1.0 - 4.0 * f32::EPSILON;
 
 /// Bounds the absolute error, per world axis, of the point `world = node.world (b0 p0 + b1 p1 + b2 p2)`, and of taking it
-/// back to the object space of `node`; `magnitude` is `|b0 p0| + |b1 p1| + |b2 p2|` in object space.
+/// back to the object space of `node`; `magnitude` is `|b0 p0| + |b1 p1| + |b2 p2|` in object space, and `extent` the largest
+/// side of the triangle's box there: a device's own test of a ray against the triangle's plane is off by roundings of the way
+/// to its corners, however near to the origin the point is.
 #[inline]
-pub fn position_error(node: &RenderNodeRow, magnitude: Vec3, world: Vec3) -> Vec3 {
+pub fn position_error(node: &RenderNodeRow, magnitude: Vec3, extent: f32, world: Vec3) -> Vec3 {
     // Rounded entries count one more rounding than the book's transform of an exact matrix.
     let transform = gamma(4);
     let interpolation = gamma(7);
     let there = absolute_transform(&node.world.rows, magnitude, 1.0);
-    let interpolated = absolute_transform(&node.world.rows, magnitude * interpolation, 0.0);
+    let plane = Vec3::splat(extent * gamma(3));
+    let interpolated = absolute_transform(&node.world.rows, magnitude * interpolation + plane, 0.0);
     let back = absolute_transform(&node.inverse.rows, world.abs(), 1.0) * gamma(5);
     let returned = absolute_transform(&node.world.rows, back, 0.0);
     interpolated * (1.0 + transform) + there * transform + returned

@@ -47,8 +47,10 @@ impl<'a> SurfacePoint<'a> {
         let weights = [1.0 - b1 - b2, b1, b2];
         let (q0, q1, q2) = (p0 * weights[0], p1 * weights[1], p2 * weights[2]);
         let position = node.world.transform_point(q0 + q1 + q2);
-        let error = position_error(node, q0.abs() + q1.abs() + q2.abs(), position);
-        let edges = [node.world.transform_vector(p1 - p0), node.world.transform_vector(p2 - p0)];
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let extent = e1.abs().max(e2.abs()).max((e2 - e1).abs()).max_element();
+        let error = position_error(node, q0.abs() + q1.abs() + q2.abs(), extent, position);
+        let edges = [node.world.transform_vector(e1), node.world.transform_vector(e2)];
         let normal = edges[0].cross(edges[1]);
         let mirrored = node.flags & NodeFlags::MIRRORED != 0;
         let front = safe_normalize(if mirrored { -normal } else { normal }, Vec3::Y);
