@@ -27,17 +27,11 @@ fn device() -> Option<VulkanBackend> {
     }
 }
 
-const AOVS: [Aov; 7] =
-    [Aov::Albedo, Aov::Normal, Aov::Depth, Aov::Position, Aov::Node, Aov::Primitive, Aov::Material];
+const AOVS: [Aov; 7] = [Aov::Albedo, Aov::Normal, Aov::Depth, Aov::Position, Aov::Node, Aov::Primitive, Aov::Material];
 
 fn open(path: &Path) -> Loaded {
-    let options = LoadOptions {
-        scene: None,
-        variant: None,
-        moment: None,
-        allow_external_files: false,
-        max_memory: 4 << 30,
-    };
+    let options =
+        LoadOptions { scene: None, variant: None, moment: None, allow_external_files: false, max_memory: 4 << 30 };
     load(path, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -156,8 +150,13 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
         let [cpu, gpu] = films(&mut vulkan, &folder.path().join(&name), (64, 48), 16);
         let (differ, unexplained, depth) = hits(&cpu, &gpu);
         let (error, means) = images(&cpu.resolve(), &gpu.resolve());
-        eprintln!("{scene}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}");
-        assert!(differ <= 64 * 48 / 100 && unexplained == 0, "{scene}: {differ} pixels, {unexplained} of them unexplained");
+        eprintln!(
+            "{scene}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}"
+        );
+        assert!(
+            differ <= 64 * 48 / 100 && unexplained == 0,
+            "{scene}: {differ} pixels, {unexplained} of them unexplained"
+        );
         assert!(depth <= 1e-4, "{scene}: depths differ by {depth}");
         assert!(error <= 1e-2 && (means - 1.0).abs() <= 0.01, "{scene}: {error} {means}");
     }
@@ -189,7 +188,8 @@ fn shared_assets_give_the_hits_of_the_cpu_backend() {
     let Some(mut vulkan) = device() else { return };
     let mut seen = 0;
     for path in &assets {
-        let options = LoadOptions { scene: None, variant: None, moment: None, allow_external_files: false, max_memory: 4 << 30 };
+        let options =
+            LoadOptions { scene: None, variant: None, moment: None, allow_external_files: false, max_memory: 4 << 30 };
         if !load(path, &options).is_ok_and(|loaded| loaded.derived.bounds().is_some()) {
             continue;
         }
@@ -197,7 +197,9 @@ fn shared_assets_give_the_hits_of_the_cpu_backend() {
         let (differ, unexplained, depth) = hits(&cpu, &gpu);
         let (error, means) = images(&cpu.resolve(), &gpu.resolve());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        eprintln!("{name}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}");
+        eprintln!(
+            "{name}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}"
+        );
         assert!(unexplained <= 3, "{name}: {differ} pixels, {unexplained} of them unexplained");
         assert!(depth <= 1e-4, "{name}: depths differ by {depth}");
         seen += 1;

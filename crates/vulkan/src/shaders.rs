@@ -6,3 +6,6 @@ pub(crate) const INSTANCES: &[u8] = include_bytes!("../shaders/spirv/instances.s
 
 /// The path tracer.
 pub(crate) const PATH: &[u8] = include_bytes!("../shaders/spirv/path.spv");
+
+/// Its ray generation for devices that sort threads by what their rays have hit.
+pub(crate) const PATH_REORDER: &[u8] = include_bytes!("../shaders/spirv/path_reorder.spv");

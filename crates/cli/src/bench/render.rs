@@ -16,12 +16,7 @@ const WIDTH: u32 = 960;
 const HEIGHT: u32 = 540;
 const SAMPLES: u32 = 16;
 
-pub fn run(
-    file: &Path,
-    asked: BackendArg,
-    device: Option<&str>,
-    settings: Settings,
-) -> Result<Vec<Measured>, Failure> {
+pub fn run(file: &Path, asked: BackendArg, device: Option<&str>, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let internal = |e: orthant_resident::BackendError| Failure::new(Exit::Internal, e.to_string());
     let mut loaded = super::load(file, settings)?;
     let mut backend = open(asked, device, false)?;

@@ -26,7 +26,8 @@ fn cpu_name() -> String {
 /// If there is none.
 pub fn choose(asked: &str, backend: BackendArg) -> Result<Choice, Failure> {
     let wanted = asked.to_lowercase();
-    let vulkan = if backend == BackendArg::Cpu { Vec::new() } else { orthant_vulkan::device::list().unwrap_or_default() };
+    let vulkan =
+        if backend == BackendArg::Cpu { Vec::new() } else { orthant_vulkan::device::list().unwrap_or_default() };
     let takes_cpu = backend != BackendArg::Vulkan;
     let found = match asked.parse::<usize>() {
         Ok(0) if takes_cpu => Some(Choice::Cpu),
@@ -67,7 +68,8 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
         Ok(devices) => {
             for d in devices {
                 let (index, name, memory) = (d.index + 1, &d.name, gib(d.memory));
-                text += &format!("{index}  vulkan  {name}  {}, Vulkan {}, {}, {memory:.1} GiB\n", d.kind, d.api, d.driver);
+                text +=
+                    &format!("{index}  vulkan  {name}  {}, Vulkan {}, {}, {memory:.1} GiB\n", d.kind, d.api, d.driver);
                 let can = features(d);
                 if !can.is_empty() {
                     text += &format!("   can: {}\n", can.join(", "));

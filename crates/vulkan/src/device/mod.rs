@@ -109,9 +109,9 @@ impl Device {
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(info.queue_family).queue_priorities(&priorities)];
-        let names: Vec<*const c_char> = probe::REQUIRED.iter().map(|name| name.as_ptr()).collect();
+        let names: Vec<*const c_char> = probe::extensions(info.features).map(CStr::as_ptr).collect();
         let mut enabled = probe::Enabled::default();
-        let mut features = enabled.chain();
+        let mut features = enabled.chain(info.features);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&names)

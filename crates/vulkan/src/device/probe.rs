@@ -139,6 +139,15 @@ pub(super) struct Enabled {
     v13: vk::PhysicalDeviceVulkan13Features<'static>,
     accel: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
     tracing: vk::PhysicalDeviceRayTracingPipelineFeaturesKHR<'static>,
+    reorder: vk::PhysicalDeviceRayTracingInvocationReorderFeaturesNV<'static>,
+}
+
+/// Threads are sorted by what their rays have hit: `VK_NV_ray_tracing_invocation_reorder`.
+const REORDER: &CStr = c"VK_NV_ray_tracing_invocation_reorder";
+
+/// The extensions that are switched on.
+pub(super) fn extensions(features: Features) -> impl Iterator<Item = &'static CStr> {
+    REQUIRED.into_iter().chain(features.invocation_reorder.then_some(REORDER))
 }
 
 /// What is required, as (name, from the device's features, in what is switched on).
@@ -149,18 +158,20 @@ macro_rules! features {
                 [$((self.$part.$field == vk::TRUE, $name)),*].into_iter().filter(|(has, _)| !has).map(|(_, name)| name)
             }
 
-            /// All of them, to be switched on.
-            pub fn chain(&mut self) -> vk::PhysicalDeviceFeatures2<'_> {
+            /// All of them, and what is there of the others, to be switched on.
+            pub fn chain(&mut self, optional: Features) -> vk::PhysicalDeviceFeatures2<'_> {
                 *self = Self::default();
+                self.reorder.ray_tracing_invocation_reorder = vk::TRUE;
                 $(self.$part.$field = vk::TRUE;)*
                 let core = vk::PhysicalDeviceFeatures::default().shader_int64(true);
-                vk::PhysicalDeviceFeatures2::default()
+                let chain = vk::PhysicalDeviceFeatures2::default()
                     .features(core)
                     .push_next(&mut self.v11)
                     .push_next(&mut self.v12)
                     .push_next(&mut self.v13)
                     .push_next(&mut self.accel)
-                    .push_next(&mut self.tracing)
+                    .push_next(&mut self.tracing);
+                if optional.invocation_reorder { chain.push_next(&mut self.reorder) } else { chain }
             }
         }
     };
@@ -217,6 +228,9 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             .push_next(&mut found.v13)
             .push_next(&mut found.accel)
             .push_next(&mut found.tracing);
+        if has(REORDER) {
+            chain = chain.push_next(&mut found.reorder);
+        }
         // SAFETY: the chain holds structures that the device knows.
         unsafe { instance.get_physical_device_features2(device, &mut chain) };
         if chain.features.shader_int64 == vk::FALSE {
@@ -253,7 +267,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
         memory: own.map(|heap| heap.size).sum(),
         features: Features {
             ray_query: has(c"VK_KHR_ray_query"),
-            invocation_reorder: has(c"VK_NV_ray_tracing_invocation_reorder"),
+            invocation_reorder: found.reorder.ray_tracing_invocation_reorder == vk::TRUE,
             position_fetch: has(c"VK_KHR_ray_tracing_position_fetch"),
             opacity_micromap: has(c"VK_EXT_opacity_micromap"),
             mesh_shader: has(c"VK_EXT_mesh_shader"),

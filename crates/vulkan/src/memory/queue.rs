@@ -268,7 +268,7 @@ impl Commands {
     }
 
     /// Before the host reads what was copied or written for it.
-    pub fn to_host(&mut self) {
+    pub fn host_barrier(&mut self) {
         self.barrier((ALL, READS_AND_WRITES), (vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ));
     }
 

@@ -6,7 +6,9 @@ use crate::memory::{Arena, Buffer, Place, Queue};
 use ash::vk;
 use orthant_resident::batch::TextureRow;
 use orthant_resident::compare::Rows;
-use orthant_resident::rows::{EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow, VertexRow};
+use orthant_resident::rows::{
+    EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, NodeFlags, RenderNodeRow, VertexRow,
+};
 use std::time::Duration;
 
 /// Everything that is resident, as the device has it.
@@ -118,7 +120,7 @@ impl ResidentScene {
         let mut commands = queue.begin()?;
         commands.full_barrier();
         commands.copy(arena.raw(), buffer.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }]);
-        commands.to_host();
+        commands.host_barrier();
         let number = queue.submit(commands)?;
         // SYNC: an explicit readback, which nobody does on the frame path.
         queue.wait(number, Duration::MAX)?;

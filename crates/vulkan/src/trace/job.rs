@@ -209,7 +209,7 @@ impl Job {
             commands.copy(buffers.block.raw, kept.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size }]);
             self.kept.push((self.sample / BLOCK, end - self.sample, kept));
         }
-        commands.to_host();
+        commands.host_barrier();
         let submission = passes.queue.submit(commands)?;
         let samples = a_row * u64::from(rows);
         self.flying.push_back(Flight { submission, samples, slot, handed_in: Instant::now() });
@@ -316,7 +316,7 @@ fn read(passes: &mut Passes<'_>, from: &Buffer) -> Result<Vec<f32>> {
     let mut commands = passes.queue.begin()?;
     commands.full_barrier();
     commands.copy(from.raw, to.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }]);
-    commands.to_host();
+    commands.host_barrier();
     let number = passes.queue.submit(commands)?;
     // SYNC: an explicit readback of the film.
     passes.queue.wait(number, Duration::MAX)?;

@@ -71,11 +71,15 @@ impl TracePipeline {
         pipeline.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during(what)?;
 
         let module = ShaderModule::new(device, crate::shaders::PATH)?;
-        let stage =
-            |stage, name| vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(name);
+        let reorders = device.info.features.invocation_reorder;
+        let reordered = if reorders { Some(ShaderModule::new(device, crate::shaders::PATH_REORDER)?) } else { None };
+        let of = |module: &ShaderModule<'_>, stage, name| {
+            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(name)
+        };
+        let stage = |stage, name| of(&module, stage, name);
         use vk::ShaderStageFlags as Stage;
         let stages = [
-            stage(Stage::RAYGEN_KHR, c"trace_block"),
+            of(reordered.as_ref().unwrap_or(&module), Stage::RAYGEN_KHR, c"trace_block"),
             stage(Stage::RAYGEN_KHR, c"trace_centers"),
             stage(Stage::MISS_KHR, c"missed"),
             stage(Stage::CLOSEST_HIT_KHR, c"hit_closest"),
