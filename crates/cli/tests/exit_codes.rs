@@ -66,13 +66,32 @@ fn bad_input_is_3_and_names_the_file() {
 fn what_is_not_built_is_4() {
     let (_guard, f) = folder_with_box();
     for (rest, word) in [
-        (["--backend", "vulkan"], "Vulkan"),
         (["--renderer", "raster"], "raster"),
         (["--world", "w.orw"], "world"),
         (["--device", "no such card"], "devices"),
     ] {
         fail(&f, &["render", "box.glb", "-o", "x.png", rest[0], rest[1]], 4, &[word]);
     }
+}
+
+#[test]
+fn a_machine_without_a_vulkan_driver_renders_on_the_cpu_and_says_so_where_vulkan_is_asked_for() {
+    let (_guard, f) = folder_with_box();
+    let render = |backend: &str| {
+        let args = ["render", "box.glb", "-o", "x.png", "--size", "4x4", "--spp", "1", "--quiet", "--stats", "s.json"];
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_orthant"));
+        command.current_dir(&f).args(args).args(["--backend", backend]);
+        // The loader looks for drivers here and nowhere else.
+        command.env("VK_DRIVER_FILES", "/there/is/none.json").env("VK_ICD_FILENAMES", "/there/is/none.json");
+        command.output().expect("the program runs")
+    };
+    let refused = render("vulkan");
+    let stderr = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(4), "{stderr}");
+    assert!(stderr.contains("Vulkan") && stderr.contains("--backend cpu"), "{stderr}");
+    assert_eq!(render("auto").status.code(), Some(0));
+    let stats = json(&std::fs::read_to_string(f.join("s.json")).expect("stats"));
+    assert_eq!(stats["backend"], "cpu");
 }
 
 #[test]

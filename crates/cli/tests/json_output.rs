@@ -105,7 +105,7 @@ fn compare_and_devices_are_one_document_each() {
     assert_eq!(keys(&result), expected);
     assert_eq!((&result["rmse"], &result["flip"], &result["flip_kind"]), (&0.0.into(), &0.0.into(), &"hdr".into()));
     let devices = json(&succeed(&f, &["devices", "--json"]));
-    assert_eq!(keys(&devices["devices"][0]), ["index", "backend", "name", "threads", "memory_bytes"]);
+    assert_eq!(keys(&devices["devices"][0]), ["index", "backend", "name", "threads", "memory_bytes", "unfit"]);
     assert_eq!(devices["devices"][0]["backend"], "cpu");
 }
 

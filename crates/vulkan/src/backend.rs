@@ -95,6 +95,14 @@ impl VulkanBackend {
         Uploaded { batch: self.applied.uploaded, overhead: self.applied.overhead, waits: self.queue.waits }
     }
 
+    /// Whether the device has done all that was handed in. Never waits.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn is_idle(&self) -> Result<bool> {
+        Ok(self.queue.done()? == self.queue.last())
+    }
+
     /// What the validation layers have said; `None` without them.
     pub fn messages(&self) -> Option<Messages> {
         self.device.messages()

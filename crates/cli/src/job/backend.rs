@@ -36,7 +36,13 @@ pub fn backend_failure(error: BackendError) -> Failure {
 pub fn open(asked: BackendArg, device: Option<&str>, watched: bool) -> Result<AnyBackend, Failure> {
     let cpu = || AnyBackend::Cpu(Box::new(CpuBackend::new()));
     let vulkan = |device: Option<String>| {
-        let opened = VulkanBackend::new(&DeviceOptions { device, validate: watched });
+        let can_watch = watched && orthant_vulkan::device::can_validate().unwrap_or(false);
+        if watched && !can_watch {
+            eprintln!(
+                "warning: --validate: the Vulkan validation layers are not installed; only the rows are compared"
+            );
+        }
+        let opened = VulkanBackend::new(&DeviceOptions { device, validate: can_watch });
         opened.map(|backend| AnyBackend::Vulkan(Box::new(backend))).map_err(|e| Failure::missing(e.to_string()))
     };
     let chosen = device.map(|device| devices::choose(device, asked)).transpose()?;

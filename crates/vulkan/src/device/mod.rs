@@ -30,6 +30,24 @@ pub struct DeviceOptions {
     pub validate: bool,
 }
 
+const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Whether the validation layers are installed.
+///
+/// # Errors
+/// If there is no loader.
+pub fn can_validate() -> Result<bool> {
+    // SAFETY: the loader is the system's; nothing else is run by opening it.
+    let entry = unsafe { ash::Entry::load() }.map_err(|e| VulkanError::NoLoader(e.to_string()))?;
+    has_validation_layers(&entry)
+}
+
+fn has_validation_layers(entry: &ash::Entry) -> Result<bool> {
+    // SAFETY: the entry is loaded.
+    let known = unsafe { entry.enumerate_instance_layer_properties() }.during("cannot list Vulkan's layers")?;
+    Ok(known.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION)))
+}
+
 /// An instance of the loader.
 pub(crate) struct Instance {
     // Never read, but what the functions below were loaded from.
@@ -46,14 +64,11 @@ impl Instance {
         let mut layers: Vec<*const c_char> = Vec::new();
         let mut extensions: Vec<*const c_char> = Vec::new();
         if validate {
-            const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-            // SAFETY: the entry is loaded.
-            let known = unsafe { entry.enumerate_instance_layer_properties() }.during("cannot list Vulkan's layers")?;
-            if !known.iter().any(|layer| layer.layer_name_as_c_str() == Ok(LAYER)) {
-                let what = "the Vulkan validation layers are not installed; install them, or render without --validate";
+            if !has_validation_layers(&entry)? {
+                let what = "the Vulkan validation layers are not installed; install them, or go on without";
                 return Err(VulkanError::NoDevice(what.to_owned()));
             }
-            layers.push(LAYER.as_ptr());
+            layers.push(VALIDATION.as_ptr());
             extensions.push(ash::ext::debug_utils::NAME.as_ptr());
         }
         let mut info = vk::InstanceCreateInfo::default()

@@ -3,16 +3,26 @@
 
 use orthant::job::{LoadOptions, Loaded, environment::lights_itself, load};
 use orthant_cpu::CpuBackend;
+use orthant_render::DerivedScene;
 use orthant_render::camera::View;
 use orthant_render::sky;
 use orthant_resident::frame::{Aov, Estimator, PixelFilter, Tile};
 use orthant_resident::{Backend, Environment, Film, Frame};
+use orthant_scene::Scene;
 use orthant_vulkan::VulkanBackend;
 use orthant_vulkan::device::DeviceOptions;
 use std::path::Path;
 use std::time::Duration;
 
+#[allow(dead_code, reason = "a part of it is used here")]
+#[path = "../../../render/tests/common/mod.rs"]
 mod common;
+mod edits;
+#[path = "../common/mod.rs"]
+mod program;
+#[allow(dead_code, reason = "a part of it is used here")]
+#[path = "../../../render/tests/sync/scenes.rs"]
+mod scenes;
 
 /// A device under the validation layers, or `None` where there is none and none has to be.
 fn device() -> Option<VulkanBackend> {
@@ -35,12 +45,16 @@ fn open(path: &Path) -> Loaded {
     load(path, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn frame(loaded: &Loaded, (width, height): (u32, u32), samples: u32) -> Frame {
-    let derived = &loaded.derived;
+fn frame(loaded: &Loaded, size: (u32, u32), samples: u32) -> Frame {
+    frame_of(&loaded.scene, &loaded.derived, size, samples).expect("the scene shows something")
+}
+
+/// What the first camera sees, or a view of everything.
+fn frame_of(scene: &Scene, derived: &DerivedScene, (width, height): (u32, u32), samples: u32) -> Option<Frame> {
     let aspect = f64::from(width) / f64::from(height);
-    let view = View::first_camera(&loaded.scene, derived, aspect);
-    let view = view.or_else(|| derived.bounds().map(|b| View::framing(b, aspect))).expect("the scene shows something");
-    Frame {
+    let view = View::first_camera(scene, derived, aspect);
+    let view = view.or_else(|| derived.bounds().map(|b| View::framing(b, aspect)))?;
+    Some(Frame {
         camera: view.to_camera(derived.origin),
         width,
         height,
@@ -55,7 +69,7 @@ fn frame(loaded: &Loaded, (width, height): (u32, u32), samples: u32) -> Frame {
         filter: PixelFilter::BlackmanHarris { radius: 1.5 },
         aovs: AOVS.to_vec(),
         threads: 0,
-    }
+    })
 }
 
 fn render(backend: &mut dyn Backend, frame: &Frame) -> Film {
@@ -146,7 +160,7 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
         let mut args = vec!["generate"];
         args.extend(scene.split(' '));
         args.extend(["-o", &name]);
-        common::succeed(folder.path(), &args);
+        program::succeed(folder.path(), &args);
         let [cpu, gpu] = films(&mut vulkan, &folder.path().join(&name), (64, 48), 16);
         let (differ, unexplained, depth) = hits(&cpu, &gpu);
         let (error, means) = images(&cpu.resolve(), &gpu.resolve());
