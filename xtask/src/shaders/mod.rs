@@ -5,6 +5,7 @@
 //! give the same bytes on every machine.
 
 mod compile;
+mod hit_objects;
 mod manifest;
 mod strip;
 
@@ -83,7 +84,9 @@ fn build(compiler: &Path, folder: &Path) -> Result<(Manifest, Vec<(PathBuf, Vec<
         let source = format!("{name}.slang");
         let arguments = [&ARGUMENTS, more].concat();
         let compiled = compile::compile(compiler, folder, &source, &arguments)?;
-        let words = strip::strip(&compiled).map_err(|problem| format!("{source}: {problem}"))?;
+        let words = strip::strip(&compiled)
+            .and_then(|words| hit_objects::alias(&words))
+            .map_err(|problem| format!("{source}: {problem}"))?;
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let output = format!("spirv/{name}.spv");
         let hash = manifest::hash(&bytes);

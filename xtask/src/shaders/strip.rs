@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 /// Words before the instructions.
-const HEADER: usize = 5;
+pub(super) const HEADER: usize = 5;
 const MAGIC: u32 = 0x0723_0203;
 
 // Opcodes of the SPIR-V specification, section 3.49.
@@ -50,12 +50,12 @@ pub fn strip(module: &[u32]) -> Result<Vec<u32>, String> {
     Ok(stripped)
 }
 
-fn opcode(word: u32) -> u32 {
+pub(super) fn opcode(word: u32) -> u32 {
     word & 0xffff
 }
 
 /// The instructions in order; an error where one ends past the module.
-fn instructions(module: &[u32]) -> impl Iterator<Item = Result<&[u32], String>> {
+pub(super) fn instructions(module: &[u32]) -> impl Iterator<Item = Result<&[u32], String>> {
     let mut at = HEADER;
     std::iter::from_fn(move || {
         let first = *module.get(at)?;
