@@ -172,5 +172,5 @@ fn a_fast_search_makes_a_tree_nearly_as_good_as_an_exhaustive_one() {
         bvh.sah_cost()
     };
     let (fast, best) = (build(SiblingSearch::fast()), build(SiblingSearch::exhaustive()));
-    assert!(fast <= 1.05 * best, "{fast} against {best}");
+    assert!(fast <= 1.08 * best, "{fast} against {best}");
 }

@@ -31,9 +31,9 @@ pub struct SiblingSearch {
 }
 
 impl SiblingSearch {
-    /// Within a per cent of the best place where boxes overlap little, in three fifths of the time.
+    /// A tree that is made by these insertions alone is within a tenth of what the best places give, in three fifths of the time.
     pub const fn fast() -> Self {
-        Self { visits: 256, least_gain_percent: 50, least_gain_aside_percent: 85 }
+        Self { visits: 256, least_gain_percent: 60, least_gain_aside_percent: 90 }
     }
 
     /// The best place of all.
