@@ -248,6 +248,12 @@ impl ResidentScene {
         trace::any_hit(self, ray, accept)
     }
 
+    /// The hit of one triangle of a RenderNode, whatever else the ray meets; `None` where there is none, or no such triangle.
+    /// No tree is asked: for comparisons.
+    pub fn triangle_hit(&self, ray: &Ray, render_node: u32, triangle: u32) -> Option<Hit> {
+        trace::triangle_hit(self, ray, render_node, triangle)
+    }
+
     /// Object-space corners of a triangle of a RenderNode.
     ///
     /// # Panics

@@ -14,7 +14,7 @@ mod walk;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use walk::{any_hit, closest_hit};
+pub(crate) use walk::{any_hit, closest_hit, triangle_hit};
 
 use glam::Vec3;
 

@@ -5,7 +5,7 @@ use super::boxes::Avx2;
 use super::boxes::{BoxRay, BoxTest, Lanes, Portable};
 use super::object_ray::ObjectRay;
 use super::stack::{Entry, Stack};
-use super::triangle::intersect;
+use super::triangle::{intersect, is_traceable};
 use super::{Hit, Ray};
 use crate::accel::bounds::ORIGIN_SLACK;
 use crate::accel::wide::{WIDTH, WideNode};
@@ -22,6 +22,21 @@ pub(crate) fn closest_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&
 /// Whether there is an accepted hit.
 pub(crate) fn any_hit(scene: &ResidentScene, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
     walk::<Unordered, _, true>(scene, ray, accept).is_some()
+}
+
+/// The hit of one triangle of a RenderNode, whatever else is there; no tree is asked.
+pub(crate) fn triangle_hit(scene: &ResidentScene, ray: &Ray, render_node: u32, triangle: u32) -> Option<Hit> {
+    const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
+    let row = scene.render_nodes.get(render_node as usize).filter(|row| row.flags & SEEN == SEEN)?;
+    let desc = scene.mesh_descs.get(row.primitive as usize).filter(|desc| triangle < desc.triangle_count())?;
+    let bounds = scene.blas.get(row.primitive as usize)?.as_ref()?.bounds();
+    let corners = blas::corners(&scene.positions, &scene.indices, desc, triangle).filter(|&all| is_traceable(all))?;
+    let origin = row.inverse.transform_point(ray.origin).to_array();
+    let direction = row.inverse.transform_vector(ray.direction).to_array();
+    let local = ObjectRay::new(origin, direction, ray.t_min, &bounds)?;
+    let hit = intersect(&local, corners, row.flags & NodeFlags::DOUBLE_SIDED == 0)?;
+    let is_within = ray.t_min.max(0.0) < hit.t && hit.t < ray.t_max;
+    is_within.then_some(Hit { t: hit.t, render_node, triangle, b1: hit.b1, b2: hit.b2, back_face: hit.back_face })
 }
 
 #[inline]
@@ -257,33 +272,12 @@ pub(super) mod reference {
     pub fn brute_force(scene: &ResidentScene, ray: &Ray, accept: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         for (node, row) in scene.render_nodes.iter().enumerate() {
-            const SEEN: u32 = NodeFlags::OCCUPIED | NodeFlags::VISIBLE;
-            if row.flags & SEEN != SEEN {
-                continue;
-            }
-            let desc = &scene.mesh_descs[row.primitive as usize];
-            let bounds = scene.blas[row.primitive as usize].as_ref().expect("the scene has all BLAS").bounds();
-            let origin = row.inverse.transform_point(ray.origin).to_array();
-            let direction = row.inverse.transform_vector(ray.direction).to_array();
-            let Some(local) = ObjectRay::new(origin, direction, ray.t_min, &bounds) else { continue };
+            let Some(desc) = scene.mesh_descs.get(row.primitive as usize) else { continue };
             for triangle in 0..desc.triangle_count() {
-                let Some(corners) = blas::corners(&scene.positions, &scene.indices, desc, triangle) else { continue };
-                if !crate::trace::triangle::is_traceable(corners) {
-                    continue;
-                }
-                let Some(hit) = intersect(&local, corners, row.flags & NodeFlags::DOUBLE_SIDED == 0) else { continue };
-                let hit = Hit {
-                    t: hit.t,
-                    render_node: node as u32,
-                    triangle,
-                    b1: hit.b1,
-                    b2: hit.b2,
-                    back_face: hit.back_face,
-                };
+                let Some(hit) = triangle_hit(scene, ray, node as u32, triangle) else { continue };
                 // Triangles come in ascending order: the first of equally near ones stays.
                 let nearer = best.is_none_or(|best| hit.t < best.t);
-                let within = ray.t_min.max(0.0) < hit.t && hit.t < ray.t_max;
-                if within && nearer && (row.flags & NodeFlags::OPAQUE != 0 || accept(&hit)) {
+                if nearer && (row.flags & NodeFlags::OPAQUE != 0 || accept(&hit)) {
                     best = Some(hit);
                 }
             }

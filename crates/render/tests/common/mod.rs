@@ -47,11 +47,16 @@ impl Document {
         let view = views.len() - 1;
         let accessors = self.json["accessors"].as_array_mut().expect("an array");
         let mut accessor = json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
-        if kind == "VEC3" {
-            // Positions must have bounds; anything else may.
-            let values: &[[f32; 3]] = bytemuck::cast_slice(bytes);
+        // Positions and the times of animations must have bounds; anything else may.
+        let width = match (kind, component) {
+            ("SCALAR", 5126) => 1,
+            ("VEC3", 5126) => 3,
+            _ => 0,
+        };
+        if width > 0 {
+            let values: &[f32] = bytemuck::cast_slice(bytes);
             let bound = |pick: fn(f32, f32) -> f32| {
-                (0..3).map(|c| values.iter().map(|v| v[c]).reduce(pick)).collect::<Vec<_>>()
+                (0..width).map(|c| values.iter().skip(c).step_by(width).copied().reduce(pick)).collect::<Vec<_>>()
             };
             accessor["min"] = json!(bound(f32::min));
             accessor["max"] = json!(bound(f32::max));

@@ -14,6 +14,7 @@ mod extent;
 mod geometry;
 mod holes;
 mod nodes;
+mod occupancy;
 pub mod oracle;
 mod recover;
 mod registry;

@@ -1,7 +1,7 @@
 //! The definition, as a check: what edits have led to is what a full derivation makes, slot numbering aside.
 
-use super::Live;
 use super::registry::GeometryKey;
+use super::{Live, occupancy};
 use crate::derived::hierarchy::DerivedNode;
 use crate::derived::{DeriveOptions, DerivedScene};
 use crate::geometry::RenderPrimitive;
@@ -51,6 +51,7 @@ impl DerivedScene {
         let check = Check { scene, synced: self, fresh, live, fresh_live, emitting };
         check.nodes()?;
         check.holes()?;
+        occupancy::check(self, live)?;
         check.materials()?;
         check.counts()?;
         check.radius()

@@ -171,6 +171,18 @@ impl Registry {
         self.free.push(slot);
     }
 
+    /// The free slots.
+    pub fn free(&self) -> &[u32] {
+        &self.free
+    }
+
+    /// The slots that some mesh or node uses; those that several use come several times.
+    pub fn in_use(&self) -> impl Iterator<Item = u32> + '_ {
+        let shared = self.meshes.iter().flat_map(|(_, uses)| uses).map(|use_| use_.render_primitive);
+        let own = self.deformed.values().flat_map(|deformed| &deformed.render_primitives).copied();
+        shared.filter(|&slot| slot != NONE).chain(own)
+    }
+
     pub fn deformed(&self, node: NodeId) -> Option<&Deformed> {
         self.deformed.get(&node)
     }

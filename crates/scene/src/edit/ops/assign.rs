@@ -1,7 +1,7 @@
 //! What a node shows, what a primitive is made of, and names.
 
 use super::delete::without_channels;
-use super::{applicable, copy_name};
+use super::{applicable, copy_name, skins};
 use crate::accessor;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
@@ -103,7 +103,7 @@ pub fn set_camera(p: &mut Plan<'_>, node: NodeId, camera: Option<CameraId>) -> R
 }
 
 pub fn set_skin(p: &mut Plan<'_>, node: NodeId, skin: Option<SkinId>) -> Result<()> {
-    let mesh = p.node(node)?.mesh;
+    let (mesh, now) = p.node(node).map(|node| (node.mesh, node.skin))?;
     if let Some(skin) = skin {
         p.skin(skin)?;
         let Some(mesh) = mesh else {
@@ -114,6 +114,9 @@ pub fn set_skin(p: &mut Plan<'_>, node: NodeId, skin: Option<SkinId>) -> Result<
         }
         if !has_joints(p, skin, mesh)? {
             return Err(EditError::missing(skin, "it has fewer joints than the vertices of the mesh name"));
+        }
+        if now != Some(skin) {
+            skins::shown_with(p, node, skin)?;
         }
     }
     p.set(node, NodeField::Skin(skin));

@@ -1,11 +1,11 @@
 //! Transforms, visibility, new nodes, and moves through the hierarchy.
 
+use super::skins;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
-use crate::edit::step::{NodeField, Object, Place, Step};
+use crate::edit::step::{NodeField, Place, Step};
 use crate::model::*;
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, DVec4};
-use std::collections::{BTreeSet, HashSet};
 
 /// How far from right angles the axes of a transform may be, as the cosine, before it counts as sheared. Rounding of
 /// matrices that were composed and inverted in f64 stays far below.
@@ -185,11 +185,11 @@ pub fn reparent(
     if keep_world && let Some(transform) = kept(p, node, parent)? {
         p.set(node, NodeField::Transform(transform));
     }
-    keep_skins(p, node, parent)?;
     let new = match parent {
         Some(parent) => Place::Under(parent),
         None => p.root_place(),
     };
+    skins::keep(p, node, &new)?;
     for place in old {
         p.step(Step::Detach { node, place });
     }
@@ -226,73 +226,4 @@ fn kept(p: &mut Plan<'_>, node: NodeId, parent: Option<NodeId>) -> Result<Option
         return Ok(Some(Transform::Matrix(Box::new(DMat4::from(local).to_cols_array()))));
     }
     parts.map(Some).ok_or(EditError::Shear(node))
-}
-
-fn top(p: &mut Plan<'_>, node: NodeId) -> Result<NodeId> {
-    let mut at = node;
-    while let Some(parent) = p.node(at)?.parent {
-        at = parent;
-        p.visited += 1;
-    }
-    Ok(at)
-}
-
-/// Keeps the skins valid whose joints move. A move after which joints have no common root and had one before is refused
-/// (glTF 2.0, section 3.7.3.1). A `skeleton` that is not above all joints any more, and was, goes: it may be left out, and
-/// says nothing that the joints do not say. O(what is moved), if the document has skins.
-fn keep_skins(p: &mut Plan<'_>, node: NodeId, parent: Option<NodeId>) -> Result<()> {
-    if p.scene.skins.is_empty() {
-        return Ok(());
-    }
-    let old_top = top(p, node)?;
-    let new_top = parent.map_or(Ok(node), |parent| top(p, parent))?;
-    let moved = p.subtree(node)?;
-    let mut skins = BTreeSet::new();
-    for &node in &moved {
-        skins.extend(p.referrers(node).into_iter().filter_map(|owner| match owner {
-            AnyId::Skin(skin) => Some(skin),
-            _ => None,
-        }));
-    }
-    let moved: HashSet<NodeId> = moved.into_iter().collect();
-    for id in skins {
-        let mut skin = p.skin(id)?.clone();
-        if old_top != new_top {
-            let (mut before, mut after) = (HashSet::new(), HashSet::new());
-            for &joint in &skin.joints {
-                let is_moved = moved.contains(&joint);
-                let now = if is_moved { old_top } else { top(p, joint)? };
-                before.insert(now);
-                after.insert(if is_moved { new_top } else { now });
-            }
-            if before.len() == 1 && after.len() > 1 {
-                let what = "its joints would have no common root any more, which glTF asks for; move the node that all of \
-                            them are below, or delete what it deforms first";
-                return Err(EditError::missing(id, what));
-            }
-        }
-        // Below a skeleton that moves along nothing changes; nor does it for joints that do not move.
-        if let Some(skeleton) = skin.skeleton.filter(|skeleton| !moved.contains(skeleton))
-            && skin.joints.iter().any(|joint| moved.contains(joint))
-            && is_below(p, Some(node), skeleton)?
-            && !is_below(p, parent, skeleton)?
-        {
-            skin.skeleton = None;
-            p.replace(Object::Skin(id, skin));
-        }
-    }
-    Ok(())
-}
-
-/// Whether a node is another one or below it.
-fn is_below(p: &mut Plan<'_>, node: Option<NodeId>, above: NodeId) -> Result<bool> {
-    let mut at = node;
-    while let Some(id) = at {
-        if id == above {
-            return Ok(true);
-        }
-        at = p.node(id)?.parent;
-        p.visited += 1;
-    }
-    Ok(false)
 }

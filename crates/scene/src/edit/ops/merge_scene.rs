@@ -1,7 +1,7 @@
 //! Whole documents below a node.
 
 use super::duplicate::Rename;
-use super::root;
+use super::{root, skins};
 use crate::Scene;
 use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
@@ -59,15 +59,30 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
             node.parent = Some(wrapper);
         }
     }
-    let shown_roots: HashSet<NodeId> = roots.iter().copied().collect();
+    let mut taken: HashSet<NodeId> = roots.iter().copied().collect();
+    if let Some(shown) = shown {
+        let apart = skins::apart(other, shown);
+        let new = |&root: &NodeId| renamed.get(&root.into()).copied().and_then(NodeId::from_any);
+        let apart: Vec<NodeId> = apart.iter().filter_map(new).collect();
+        if !apart.is_empty() {
+            let slots: Vec<String> = apart.iter().map(|&id| Store::<NodeId, ()>::slot(id).to_string()).collect();
+            p.notes.push(format!(
+                "{}: in no scene any more, as joints that they need are below the new node now: what is below node {}",
+                file.path,
+                slots.join(", ")
+            ));
+        }
+        taken.extend(apart);
+    }
     if let Some(node) = p.scene.nodes.get_any_mut(wrapper) {
         node.children = Children::from(roots);
         node.children.prepare();
     }
-    // Other scenes of the file keep the roots that are not shown already; the one that is shown is what is below the wrapper.
+    // Other scenes of the file keep the roots that are not shown already, and do without these; the one that is shown is what is
+    // below the wrapper.
     for id in left_out {
         if let Some(scene) = p.scene.scenes.get_any_mut(id) {
-            let left: Vec<NodeId> = scene.roots.iter().filter(|root| !shown_roots.contains(root)).collect();
+            let left: Vec<NodeId> = scene.roots.iter().filter(|root| !taken.contains(root)).collect();
             scene.roots = Children::from(left);
         }
     }

@@ -14,6 +14,7 @@ mod mesh;
 mod parameters;
 mod root;
 mod shape;
+mod skins;
 
 pub(crate) use hierarchy::decompose;
 pub use merge_scene::MergedFile;
@@ -74,7 +75,8 @@ pub enum Edit {
         /// The top of the subtree.
         node: NodeId,
     },
-    /// Moves a node and all below it to another parent.
+    /// Moves a node and all below it to another parent. Refused where a skin's joints would have no common root, or a scene would
+    /// show what they deform without them.
     Reparent {
         /// The node.
         node: NodeId,
@@ -113,7 +115,8 @@ pub enum Edit {
         /// The camera.
         camera: Option<CameraId>,
     },
-    /// Sets what deforms a node's mesh, which must have joints and weights.
+    /// Sets what deforms a node's mesh, which must have joints and weights. Every scene that shows the node has to have the
+    /// joints.
     SetSkin {
         /// The node.
         node: NodeId,

@@ -22,6 +22,7 @@ fn there_and_back(name: &str, scene: &Scene, choices: &[Choice]) {
             assert_eq!((session.history.done().len(), session.history.undone()), (done, undone));
         }
         check(&scene);
+        check_joints(&scene);
     }
     let end = bytes(&scene);
     let steps = session.history.done().len();

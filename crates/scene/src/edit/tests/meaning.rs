@@ -184,6 +184,7 @@ fn reparenting_keeps_the_place_in_the_world_or_says_why_it_cannot() {
     run(&mut session, &mut scene, json!({"op": "set_transform", "node": 2, "scale": [1, 3, 1]})).unwrap();
     let error = run(&mut session, &mut scene, json!({"op": "reparent", "node": 5, "parent": null, "keep_world": true}));
     assert!(error.unwrap_err().to_string().contains("sheared"));
+    run(&mut session, &mut scene, json!({"op": "set_skin", "node": 1, "skin": null})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": null})).unwrap();
     assert_eq!(node(&scene, 2).parent, None);
     assert_eq!(roots(&scene, 0), [0, 2]);

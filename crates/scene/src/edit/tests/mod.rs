@@ -9,7 +9,7 @@ mod scenes;
 mod transforms;
 mod valid;
 
-use super::script::{Operation, Session};
+use super::script::{Operation, Outcome, Session};
 use super::*;
 use crate::export::ExportOptions;
 use crate::export::gltf::to_glb;
@@ -66,6 +66,13 @@ impl Visitor for Dangling<'_> {
     }
 }
 
+fn top(scene: &Scene, mut node: NodeId) -> NodeId {
+    while let Some(parent) = scene.nodes[node].parent {
+        node = parent;
+    }
+    node
+}
+
 /// What holds of every document, whatever has been done to it.
 fn check(scene: &Scene) {
     let mut dangling = Dangling(scene, None);
@@ -104,5 +111,16 @@ fn check(scene: &Scene) {
     for skin in scene.skins.values() {
         let matrices = skin.inverse_bind_matrices.map(|id| scene.accessors[id].count);
         assert!(matrices.is_none_or(|count| count >= skin.joints.len()), "matrices of a skin");
+    }
+}
+
+/// What holds of documents in which it held before.
+fn check_joints(scene: &Scene) {
+    for (id, node) in scene.nodes.iter() {
+        let Some(&joint) = node.skin.and_then(|skin| scene.skins[skin].joints.first()) else { continue };
+        let (shown, with) = (top(scene, id), top(scene, joint));
+        for roots in scene.scenes.values().filter(|scene| scene.roots.position(shown).is_some()) {
+            assert!(roots.roots.position(with).is_some(), "node {} is shown without its joints", slot(id));
+        }
     }
 }

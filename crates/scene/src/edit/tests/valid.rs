@@ -99,9 +99,79 @@ fn joints_keep_a_common_root() {
         assert!(bytes(&scene) == before);
     }
     // All of them together may go, and any of them below the same root.
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 1, "parent": null})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": null})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 5, "parent": 3})).unwrap();
     check(&scene);
+}
+
+#[test]
+fn no_scene_shows_what_a_skin_deforms_without_the_joints() {
+    // Nodes 0 (above the body, 1, and the joints, 2 to 5) and 6 are in the second scene, 0 alone in the first.
+    let mut scene = scenes::skinned();
+    let mut session = session();
+    let mut apply = |operation: Value| run(&mut session, &mut scene, operation);
+    let reparent = |node: usize, parent: Value| json!({"op": "reparent", "node": node, "parent": parent});
+    let refused = |result: Result<(), EditError>| {
+        let error = result.unwrap_err().to_string();
+        assert!(error.contains("skin 0: a scene would show node 1, which it deforms, without its joints"), "{error}");
+    };
+    refused(apply(reparent(2, json!(null))));
+    refused(apply(reparent(2, json!(6))));
+    // The body alone may leave a scene, but come to none that the joints are not in.
+    apply(reparent(1, json!(6))).unwrap();
+    refused(apply(reparent(0, json!(null))));
+    apply(json!({"op": "undo"})).unwrap();
+    apply(reparent(1, json!(null))).unwrap();
+    apply(reparent(2, json!(null))).unwrap();
+    refused(apply(reparent(1, json!(6))));
+    refused(apply(reparent(1, json!(0))));
+    // Nor by the skin: the statue, 6, has the same mesh.
+    let error = apply(json!({"op": "set_skin", "node": 6, "skin": 0})).unwrap_err().to_string();
+    assert!(error.contains("node 6, which it deforms, without its joints"), "{error}");
+    // Without it, the body goes where it likes.
+    apply(json!({"op": "set_skin", "node": 1, "skin": null})).unwrap();
+    apply(reparent(1, json!(6))).unwrap();
+    apply(reparent(2, json!(6))).unwrap();
+    apply(json!({"op": "set_skin", "node": 1, "skin": 0})).unwrap();
+    check(&scene);
+    check_joints(&scene);
+}
+
+#[test]
+fn what_merging_a_file_takes_the_joints_from_is_in_no_scene_any_more() {
+    let folder = tempfile::tempdir().unwrap();
+    // One skeleton, 2, in both scenes, and in each a body of its own: 0 and 1; below 1, the joints of a third, 3.
+    let accessor = |kind: &str, component: u32| json!({"componentType": component, "count": 3, "type": kind, "min": [0, 0, 0], "max": [0, 0, 0]});
+    let mut document = json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0, 2]}, {"nodes": [1, 2, 3, 5]}],
+        "nodes": [{"mesh": 0, "skin": 0}, {"mesh": 0, "skin": 0, "children": [4]}, {}, {"mesh": 0, "skin": 1}, {}, {}],
+        "skins": [{"joints": [2]}, {"joints": [4]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}],
+        "accessors": [accessor("VEC3", 5126), accessor("VEC4", 5121), accessor("VEC4", 5126)],
+    });
+    for i in 1..3 {
+        let members = document["accessors"][i].as_object_mut().unwrap();
+        members.remove("min");
+        members.remove("max");
+    }
+    std::fs::write(folder.path().join("figures.gltf"), document.to_string()).unwrap();
+    let mut scene = scenes::deep(2);
+    let start = bytes(&scene);
+    let mut session = Session::new(folder.path(), ImportOptions::default());
+    let merge = Operation::parse(r#"{"op": "merge_scene", "path": "figures.gltf"}"#).unwrap();
+    let Outcome::Edited(applied) = session.run(&mut scene, &merge).unwrap() else { panic!("it is an edit") };
+    check(&scene);
+    check_joints(&scene);
+    let note = applied[0].notes.join("; ");
+    assert!(note.ends_with("joints that they need are below the new node now: what is below node 3, 5"), "{note}");
+    assert_eq!(children(&scene, 8), [2, 4]);
+    assert_eq!(roots(&scene, 1), [7], "what needs no joints stays");
+    assert!(node(&scene, 3).skin.is_some() && node(&scene, 5).skin.is_some(), "they have their skins still");
+    session.history.undo(&mut scene, 1).unwrap();
+    assert!(bytes(&scene) == start);
 }
 
 #[test]
@@ -154,6 +224,7 @@ fn a_skeleton_that_is_above_not_all_joints_any_more_goes() {
     let start = bytes(&scene);
     assert_eq!(skeleton(&scene), Some(2));
     // Below the hip, and the hip with all of its joints: nothing changes for the skin.
+    run(&mut session, &mut scene, json!({"op": "reparent", "node": 1, "parent": null})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 5, "parent": 2})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": null})).unwrap();
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 2, "parent": 0})).unwrap();
@@ -162,7 +233,7 @@ fn a_skeleton_that_is_above_not_all_joints_any_more_goes() {
     run(&mut session, &mut scene, json!({"op": "reparent", "node": 4, "parent": 0})).unwrap();
     assert_eq!(skeleton(&scene), None);
     check(&scene);
-    session.history.undo(&mut scene, 4).unwrap();
+    session.history.undo(&mut scene, 5).unwrap();
     assert!(bytes(&scene) == start);
 }
 
