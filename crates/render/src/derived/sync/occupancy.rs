@@ -47,3 +47,23 @@ fn slots(what: &str, count: usize, used: impl Iterator<Item = u32>, free: &[u32]
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_that_is_lost_free_twice_or_free_and_in_use_is_found() {
+        let check = |used: &[u32], free: &[u32]| slots("light", 4, used.iter().copied(), free);
+        assert_eq!(check(&[0, 2, 2], &[3, 1]), Ok(()));
+        for (used, free, what) in [
+            (&[0, 2][..], &[3][..], "light 1 is neither in use nor free"),
+            (&[0, 2], &[3, 1, 3], "light 3 is free, and free once more or in use"),
+            (&[0, 1, 2], &[3, 2], "light 2 is free, and free once more or in use"),
+            (&[0, 1, 2, 3], &[4], "light 4 is free, and free once more or in use"),
+            (&[0, 1, 2, 4], &[3], "light 4 is in use, and there are 4"),
+        ] {
+            assert_eq!(check(used, free), Err(what.to_owned()));
+        }
+    }
+}
