@@ -268,10 +268,10 @@ pub struct BenchArgs {
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
-    /// What renders, for `render`
+    /// What renders or follows, for `render` and `edit`
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
-    /// The device, by its number in `orthant devices` or a part of its name, for `render`
+    /// The device, by its number in `orthant devices` or a part of its name, for `render` and `edit`
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
     /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)

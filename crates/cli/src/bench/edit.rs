@@ -1,11 +1,11 @@
-//! `bench edit`: edit, sync and CPU backend apply, at growing sizes.
+//! `bench edit`: edit, sync and the backend's apply, at growing sizes; on a device also the time until it is done.
 
 use super::{Measured, Settings};
+use crate::args::BackendArg;
 use crate::failure::{Exit, Failure};
-use orthant_cpu::CpuBackend;
+use crate::job::backend::{AnyBackend, open};
 use orthant_render::derived::sync::SyncReport;
 use orthant_render::{DeriveOptions, DerivedScene};
-use orthant_resident::Backend;
 use orthant_scene::Scene;
 use orthant_scene::animation::Pose;
 use orthant_scene::edit::{Cursor, Edit, Grouping, History};
@@ -26,12 +26,12 @@ const CHECKED: u32 = 10_000;
 /// are not all that a percentile tells of.
 const SMALL_EDITS: u32 = 2_000;
 
-pub fn run(settings: Settings) -> Result<Vec<Measured>, Failure> {
+pub fn run(asked: BackendArg, device: Option<&str>, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let mut results = Vec::new();
     let sizes = settings.size.map_or(SIZES.to_vec(), |size| vec![size.max(2)]);
     for n in sizes {
         for depth in [1, 64] {
-            measure(n, depth, settings, &mut results)?;
+            measure(n, depth, open(asked, device, false)?, settings, &mut results)?;
         }
     }
     Ok(results)
@@ -98,11 +98,20 @@ fn scene(nodes: u32, depth: u32) -> Result<Scene, Failure> {
         .map_err(|e| internal(e.to_string()))
 }
 
+/// An edit that has been followed.
+struct Edited {
+    /// Until the backend had taken the batch.
+    host: Duration,
+    /// Until a device had done its work too.
+    settled: Duration,
+    report: SyncReport,
+}
+
 struct Live {
     scene: Scene,
     history: History,
     derived: DerivedScene,
-    backend: CpuBackend,
+    backend: AnyBackend,
     cursor: Cursor,
 }
 
@@ -111,11 +120,10 @@ fn internal(what: impl ToString) -> Failure {
 }
 
 impl Live {
-    fn new(mut scene: Scene) -> Result<Self, Failure> {
+    fn new(mut scene: Scene, mut backend: AnyBackend) -> Result<Self, Failure> {
         scene.prepare_edits();
         let options = DeriveOptions { live: true, ..DeriveOptions::default() };
         let mut derived = DerivedScene::derive(&scene, &options).map_err(internal)?;
-        let mut backend = CpuBackend::new();
         backend.apply(derived.load_batch()).map_err(internal)?;
         let cursor = scene.change_log().cursor();
         Ok(Self { scene, history: History::default(), derived, backend, cursor })
@@ -128,23 +136,40 @@ impl Live {
         Ok(report)
     }
 
-    fn edit(&mut self, edit: Edit) -> Result<(Duration, SyncReport), Failure> {
+    fn edit(&mut self, edit: Edit) -> Result<Edited, Failure> {
         let start = Instant::now();
         self.history.apply(&mut self.scene, edit, Grouping::Alone).map_err(internal)?;
         let report = self.follow()?;
-        Ok((start.elapsed(), report))
+        self.settle(start, report)
     }
 
-    fn undo(&mut self) -> Result<(Duration, SyncReport), Failure> {
+    /// Waits until a device has done what the edit made it do.
+    fn settle(&self, start: Instant, report: SyncReport) -> Result<Edited, Failure> {
+        let host = start.elapsed();
+        if let AnyBackend::Vulkan(vulkan) = &self.backend {
+            while !vulkan.is_idle().map_err(internal)? {
+                std::hint::spin_loop();
+            }
+        }
+        Ok(Edited { host, settled: start.elapsed(), report })
+    }
+
+    fn undo(&mut self) -> Result<Edited, Failure> {
         let start = Instant::now();
         self.history.undo(&mut self.scene, 1).map_err(internal)?;
         let report = self.follow()?;
-        Ok((start.elapsed(), report))
+        self.settle(start, report)
     }
 }
 
-fn measure(n: u32, depth: u32, settings: Settings, results: &mut Vec<Measured>) -> Result<(), Failure> {
-    let mut live = Live::new(scene(n, depth)?)?;
+fn measure(
+    n: u32,
+    depth: u32,
+    backend: AnyBackend,
+    settings: Settings,
+    results: &mut Vec<Measured>,
+) -> Result<(), Failure> {
+    let mut live = Live::new(scene(n, depth)?, backend)?;
     let node = |live: &Live, slot: u32| -> Result<NodeId, Failure> {
         live.scene.nodes().id_in_slot(slot as usize).ok_or_else(|| internal("a node is missing"))
     };
@@ -160,11 +185,14 @@ fn measure(n: u32, depth: u32, settings: Settings, results: &mut Vec<Measured>) 
         "hide_1000",
         "reparent_1000",
     ];
-    let mut figures: Vec<(Measured, SyncReport)> =
-        names.iter().map(|name| (Measured::new(name, n.into()).with("depth", depth), SyncReport::default())).collect();
-    let mut note = |figure: usize, (time, report): (Duration, SyncReport)| {
-        figures[figure].0.runs.push(time);
-        figures[figure].1 = report;
+    let mut figures: Vec<(Measured, Vec<f64>, SyncReport)> = names
+        .iter()
+        .map(|name| (Measured::new(name, n.into()).with("depth", depth), Vec::new(), SyncReport::default()))
+        .collect();
+    let mut note = |figure: usize, edited: Edited| {
+        figures[figure].0.runs.push(edited.host);
+        figures[figure].1.push(edited.settled.as_secs_f64());
+        figures[figure].2 = edited.report;
     };
     let move_to = |node: NodeId, x: f64| {
         let transform = Transform::Trs { translation: [x, 1.0, 0.0], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
@@ -204,14 +232,19 @@ fn measure(n: u32, depth: u32, settings: Settings, results: &mut Vec<Measured>) 
     // The check looks at everything, and derives everything anew.
     if n <= CHECKED {
         live.derived.check(&live.scene).map_err(internal)?;
-        live.backend.scene().validate().map_err(internal)?;
+        live.backend.validate(&live.derived)?;
     }
-    for (measured, report) in figures {
+    for (measured, mut settled, report) in figures {
         let mut times: Vec<f64> = measured.runs.iter().map(Duration::as_secs_f64).collect();
         times.sort_by(f64::total_cmp);
         let p99 = times[(times.len() * 99 / 100).min(times.len() - 1)];
         let rows = report.render_nodes + report.materials + report.lights + report.emitters;
-        results.push(measured.with("p99_s", p99).with("upload_bytes", report.upload_bytes).with("rows", rows));
+        let mut measured = measured.with("p99_s", p99).with("upload_bytes", report.upload_bytes).with("rows", rows);
+        if matches!(live.backend, AnyBackend::Vulkan(_)) {
+            settled.sort_by(f64::total_cmp);
+            measured = measured.with("settled_s", settled[settled.len() / 2]);
+        }
+        results.push(measured.with("backend", live.backend.name()).with("device", live.backend.device()));
     }
     let mut full = Measured::new("full_derive", n.into()).with("depth", depth);
     for _ in 0..settings.runs {

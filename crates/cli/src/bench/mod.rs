@@ -83,8 +83,8 @@ pub enum Suite<'a> {
     Trace(&'a Path),
     /// Whole frames, by a backend on a device.
     Render(&'a Path, BackendArg, Option<&'a str>),
-    /// Edit, sync and apply.
-    Edit,
+    /// Edit, sync and apply, by a backend on a device.
+    Edit(BackendArg, Option<&'a str>),
     /// Bounding volume hierarchies, beside `obvhs`.
     Bvh,
 }
@@ -97,7 +97,7 @@ impl Suite<'_> {
             Self::Derive => "derive",
             Self::Trace(_) => "trace",
             Self::Render(..) => "render",
-            Self::Edit => "edit",
+            Self::Edit(..) => "edit",
             Self::Bvh => "bvh",
         }
     }
@@ -126,7 +126,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Derive => derive::run(settings)?,
         Suite::Trace(file) => trace::run(file, settings)?,
         Suite::Render(file, backend, device) => render::run(file, backend, device, settings)?,
-        Suite::Edit => edit::run(settings)?,
+        Suite::Edit(backend, device) => edit::run(backend, device, settings)?,
         Suite::Bvh => bvh::run(settings),
     };
     Ok(json!({

@@ -12,18 +12,11 @@ use std::path::Path;
 /// A scene that cannot be loaded; stdout that cannot be written.
 pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let file = || args.file.as_deref().ok_or_else(|| Failure::usage("this suite needs a scene file"));
-    let own = |suite: Suite<'static>| match &args.file {
-        None => Ok(suite),
-        Some(file) => {
-            let what = format!("the suite makes what it measures itself: leave {} out", Path::display(file));
-            Err(Failure::usage(what))
-        }
-    };
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
-        BenchSuite::Derive => own(Suite::Derive)?,
-        BenchSuite::Edit => own(Suite::Edit)?,
-        BenchSuite::Bvh => own(Suite::Bvh)?,
+        BenchSuite::Derive => own(args, Suite::Derive)?,
+        BenchSuite::Edit => own(args, Suite::Edit(args.backend, args.device.as_deref()))?,
+        BenchSuite::Bvh => own(args, Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
         BenchSuite::Render => Suite::Render(file()?, args.backend, args.device.as_deref()),
     };
@@ -34,4 +27,15 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
         Settings { runs: args.runs.into(), threads: args.threads, max_memory: common.max_memory(), size: args.size };
     let document = bench::run(suite, settings)?;
     if args.json { print_json(&document) } else { print(&bench::table(&document)) }
+}
+
+/// A suite that makes its own scenes, and takes no file.
+fn own<'a>(args: &BenchArgs, suite: Suite<'a>) -> Result<Suite<'a>, Failure> {
+    match &args.file {
+        None => Ok(suite),
+        Some(file) => {
+            let what = format!("the suite makes what it measures itself: leave {} out", Path::display(file));
+            Err(Failure::usage(what))
+        }
+    }
 }
