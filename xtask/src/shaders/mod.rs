@@ -43,6 +43,9 @@ const MODULES: [(&str, &[&str]); 4] = [
     ("instances", &[]),
 ];
 
+/// A file and what it is to hold.
+type File = (PathBuf, Vec<u8>);
+
 fn folder() -> PathBuf {
     crate::root().join("crates/vulkan/shaders")
 }
@@ -56,7 +59,7 @@ pub fn run(check: bool) -> Vec<String> {
         Ok(made) => made,
         Err(problem) => return vec![problem],
     };
-    let mut files: Vec<(PathBuf, Vec<u8>)> = outputs;
+    let mut files = outputs;
     files.push((folder.join("manifest.json"), manifest.to_json().into_bytes()));
     files.into_iter().filter_map(|(path, bytes)| settle(&path, &bytes, check).err()).collect()
 }
@@ -77,7 +80,7 @@ fn settle(path: &Path, bytes: &[u8], check: bool) -> Result<(), String> {
 }
 
 /// The manifest, and the modules with their paths.
-fn build(compiler: &Path, folder: &Path) -> Result<(Manifest, Vec<(PathBuf, Vec<u8>)>), String> {
+fn build(compiler: &Path, folder: &Path) -> Result<(Manifest, Vec<File>), String> {
     let mut manifest = Manifest::new(folder)?;
     let mut outputs = Vec::new();
     for (name, more) in MODULES {

@@ -89,7 +89,7 @@ mod tests {
             instruction(NAME, &[8, 0x61]),
             instruction(LINE, &[1, 2, 3]),
         ];
-        let all = module(&[&dropped[..], &kept[..], &[offset.clone()]].concat());
+        let all = module(&[&dropped[..], &kept[..], std::slice::from_ref(&offset)].concat());
         assert_eq!(strip(&all), Ok(module(&[&kept[..], &[offset]].concat())));
     }
 
