@@ -215,6 +215,7 @@ impl ResidentScene {
     /// # Errors
     /// What is wrong, and where.
     pub fn validate(&self) -> Result<(), String> {
+        self.users.validate(&self.render_nodes)?;
         self.tlas.validate(&self.render_nodes, &self.blas)
     }
 

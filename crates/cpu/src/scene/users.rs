@@ -1,5 +1,7 @@
 //! Which rows show a RenderPrimitive: lists that are linked through the rows, so that a change costs O(1).
 
+use orthant_resident::rows::{NodeFlags, RenderNodeRow};
+
 /// No row.
 const NONE: u32 = u32::MAX;
 
@@ -51,6 +53,28 @@ impl PrimitiveUsers {
         let some = |row: u32| (row != NONE).then_some(row);
         let first = self.first.get(primitive as usize).copied().and_then(some);
         std::iter::successors(first, move |&row| some(self.links[row as usize][1]))
+    }
+
+    /// Checks that each list has the rows that show its RenderPrimitive, each once, and no others. Looks at everything.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn validate(&self, rows: &[RenderNodeRow]) -> Result<(), String> {
+        let shows = |row: &RenderNodeRow| row.flags & NodeFlags::OCCUPIED != 0;
+        let mut listed = 0;
+        for primitive in 0..self.first.len() as u32 {
+            let mut before = NONE;
+            for row in self.of(primitive) {
+                listed += 1;
+                let is_user = rows.get(row as usize).is_some_and(|r| shows(r) && r.primitive == primitive);
+                if !is_user || self.links[row as usize][0] != before || listed > rows.len() {
+                    return Err(format!("the users of RenderPrimitive {primitive}: row {row} does not belong there"));
+                }
+                before = row;
+            }
+        }
+        let expected = rows.iter().filter(|row| shows(row)).count();
+        if listed == expected { Ok(()) } else { Err(format!("{listed} rows are listed as users, of {expected}")) }
     }
 
     /// Bytes in memory.

@@ -14,7 +14,7 @@ pub(super) const REQUIRED: [&CStr; 3] =
 pub struct Features {
     /// `VK_KHR_ray_query`.
     pub ray_query: bool,
-    /// `VK_NV_ray_tracing_invocation_reorder`.
+    /// `VK_NV_ray_tracing_invocation_reorder`, where it does sort.
     pub invocation_reorder: bool,
     /// `VK_KHR_ray_tracing_position_fetch`.
     pub position_fetch: bool,
@@ -206,7 +206,11 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     let mut indexing = vk::PhysicalDeviceDescriptorIndexingProperties::default();
     let mut tracing = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+    let mut reorder = vk::PhysicalDeviceRayTracingInvocationReorderPropertiesNV::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut indexing);
+    if has(REORDER) {
+        properties = properties.push_next(&mut reorder);
+    }
     if has(khr::ray_tracing_pipeline::NAME) && has(khr::acceleration_structure::NAME) {
         properties = properties.push_next(&mut tracing).push_next(&mut accel);
     }
@@ -267,7 +271,10 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
         memory: own.map(|heap| heap.size).sum(),
         features: Features {
             ray_query: has(c"VK_KHR_ray_query"),
-            invocation_reorder: found.reorder.ray_tracing_invocation_reorder == vk::TRUE,
+            // A device may know the extension and sort nothing: it says so.
+            invocation_reorder: found.reorder.ray_tracing_invocation_reorder == vk::TRUE
+                && reorder.ray_tracing_invocation_reorder_reordering_hint
+                    == vk::RayTracingInvocationReorderModeNV::REORDER,
             position_fetch: has(c"VK_KHR_ray_tracing_position_fetch"),
             opacity_micromap: has(c"VK_EXT_opacity_micromap"),
             mesh_shader: has(c"VK_EXT_mesh_shader"),
