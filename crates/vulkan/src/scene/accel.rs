@@ -16,7 +16,8 @@ const ALIGNMENT: u64 = 256;
 
 struct Page {
     buffer: Buffer,
-    free: Allocator,
+    /// `None` for a page of one large structure.
+    free: Option<Allocator>,
     /// Structures that lie in it.
     used: u32,
 }
@@ -29,7 +30,7 @@ pub(crate) struct Pages(Arc<Mutex<Vec<Option<Page>>>>);
 struct Placement {
     pages: Pages,
     page: usize,
-    part: Allocation,
+    part: Option<Allocation>,
 }
 
 /// An acceleration structure; it ends with its memory when it is dropped.
@@ -55,28 +56,30 @@ impl Pages {
         let mut pages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let found = pages.iter_mut().enumerate().find_map(|(i, page)| {
             let page = page.as_mut()?;
-            let part = page.free.allocate(units)?;
+            let part = page.free.as_mut()?.allocate(units)?;
             page.used += 1;
             Some((i, page.buffer.raw, part))
         });
         if let Some((page, raw, part)) = found {
             let offset = u64::from(part.offset) * ALIGNMENT;
-            return Ok((raw, offset, Placement { pages: self.clone(), page, part }));
+            return Ok((raw, offset, Placement { pages: self.clone(), page, part: Some(part) }));
         }
-        let bytes = (u64::from(units) * ALIGNMENT).max(PAGE);
+        // The allocator rounds sizes up to its bins: what is nearly as large as a page may not fit an empty one.
+        let is_large = size > PAGE / 2;
+        let bytes = if is_large { u64::from(units) * ALIGNMENT } else { PAGE };
         let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
         let buffer = Buffer::new(device, "memory for acceleration structures", bytes, usage, Place::Device)?;
-        let mut free = Allocator::new((bytes / ALIGNMENT) as u32);
-        let Some(part) = free.allocate(units) else {
-            return Err(VulkanError::Limit(format!("an acceleration structure of {size} bytes does not fit its page")));
-        };
+        let mut free = (!is_large).then(|| Allocator::new((PAGE / ALIGNMENT) as u32));
+        let part = free.as_mut().and_then(|free| free.allocate(units));
+        debug_assert!(is_large || part.is_some(), "half a page fits an empty one");
         let raw = buffer.raw;
         let page = pages.iter().position(Option::is_none).unwrap_or(pages.len());
         if page == pages.len() {
             pages.push(None);
         }
         pages[page] = Some(Page { buffer, free, used: 1 });
-        Ok((raw, u64::from(part.offset) * ALIGNMENT, Placement { pages: self.clone(), page, part }))
+        let offset = part.map_or(0, |part| u64::from(part.offset) * ALIGNMENT);
+        Ok((raw, offset, Placement { pages: self.clone(), page, part }))
     }
 }
 
@@ -86,7 +89,9 @@ impl Drop for Placement {
         if let Some(slot) = pages.get_mut(self.page)
             && let Some(page) = slot
         {
-            page.free.free(self.part);
+            if let (Some(free), Some(part)) = (&mut page.free, self.part) {
+                free.free(part);
+            }
             page.used -= 1;
             if page.used == 0 {
                 *slot = None;
