@@ -224,3 +224,16 @@ fn a_merged_file_that_claims_more_than_the_limit_is_refused() {
     succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl", "-o", "without.glb"]);
     assert!(bytes(&path, "new.glb") == bytes(&path, "without.glb"));
 }
+
+#[test]
+fn a_scene_that_is_moved_far_away_and_back_is_what_a_derivation_about_its_origin_is() {
+    let folder = tempfile::tempdir().expect("folder");
+    let f = folder.path();
+    succeed(f, &["generate", "instances", "--count", "4", "-o", "s.glb"]);
+    let script: String = [[1e7, 0.0, 0.0], [1e6, 1e6, 0.0], [0.0, 0.0, 0.0]]
+        .iter()
+        .map(|[x, y, z]| format!("{{\"op\":\"set_transform\",\"node\":0,\"translation\":[{x},{y},{z}]}}\n"))
+        .collect();
+    std::fs::write(f.join("ops.jsonl"), script).expect("the script");
+    succeed(f, &["edit", "s.glb", "--ops", "ops.jsonl", "--verify", "--backend", "cpu"]);
+}

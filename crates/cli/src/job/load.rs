@@ -82,7 +82,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         Some(moment) => animation::pose(&scene, moment, path, max_bytes)?,
         None => Default::default(),
     };
-    let derive = DeriveOptions { scene: shown, variant, images: true, max_bytes, live: false, pose };
+    let derive = DeriveOptions { scene: shown, variant, max_bytes, pose, ..DeriveOptions::default() };
     let derived = DerivedScene::derive(&scene, &derive)
         .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;
     let derive_time = start.elapsed();

@@ -48,11 +48,22 @@ pub struct DeriveOptions {
     pub live: bool,
     /// What an animation says of the scene at the time that is shown. The default is the rest pose.
     pub pose: Pose,
+    /// The origin of everything resident. `None` is chosen by where the scene is; edits do not move it, so that what is compared
+    /// with a scene that was edited is derived about the same.
+    pub origin: Option<DVec3>,
 }
 
 impl Default for DeriveOptions {
     fn default() -> Self {
-        Self { scene: None, variant: None, images: true, max_bytes: u64::MAX, live: false, pose: Pose::default() }
+        Self {
+            scene: None,
+            variant: None,
+            images: true,
+            max_bytes: u64::MAX,
+            live: false,
+            pose: Pose::default(),
+            origin: None,
+        }
     }
 }
 
@@ -133,7 +144,7 @@ impl DerivedScene {
         let image_bytes: usize = materials.images.iter().flat_map(|w| &w.image).map(|image| image.texels.len()).sum();
         budget.charge(image_bytes as u64).map_err(|over| DeriveError::over_budget("/images", "the images", over))?;
 
-        let origin = hierarchy.origin(&table, &streams.mesh_descs);
+        let origin = options.origin.unwrap_or_else(|| hierarchy.origin(&table, &streams.mesh_descs));
         let nodes =
             render_nodes::derive(posed, &mut hierarchy, &table, &materials.rows, &streams.mesh_descs, origin, &budget)?;
         let (mut rows, owners) = (nodes.rows, nodes.owners);

@@ -146,6 +146,10 @@ pub fn instanced() -> Scene {
 
 /// Two figures with one mesh and two skins, and a morphed node; a second scene, which is not shown.
 pub fn skinned() -> Scene {
+    skinned_document().import()
+}
+
+pub fn skinned_document() -> Document {
     let mut document = parts(
         json!([
             {"children": [1, 2, 5, 8]},
@@ -184,7 +188,7 @@ pub fn skinned() -> Scene {
         {"sampler": 1, "target": {"node": 3, "path": "rotation"}},
         {"sampler": 1, "target": {"node": 7, "path": "rotation"}},
     ]}));
-    document.import()
+    document
 }
 
 /// Three scenes that share no root, the second of which is shown.

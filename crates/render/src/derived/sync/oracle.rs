@@ -33,7 +33,11 @@ impl DerivedScene {
     /// Why it cannot be derived.
     pub fn fresh(&self, scene: &Scene) -> Result<Self, String> {
         let Some(live) = &self.live else { return Err("it was not derived to follow edits".to_owned()) };
-        let options = DeriveOptions { max_bytes: u64::MAX, ..live.options(self.asked_scene, &self.pose) };
+        let options = DeriveOptions {
+            max_bytes: u64::MAX,
+            origin: Some(self.origin),
+            ..live.options(self.asked_scene, &self.pose)
+        };
         Self::derive(scene, &options).map_err(|error| format!("it cannot be derived: {error}"))
     }
 

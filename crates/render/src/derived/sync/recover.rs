@@ -20,6 +20,7 @@ impl Live {
             max_bytes: self.max_bytes,
             live: true,
             pose: pose.clone(),
+            origin: None,
         }
     }
 }
