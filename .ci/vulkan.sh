@@ -28,10 +28,13 @@ else
 fi
 
 if [ -z "${ORTHANT_SLANGC:-}" ]; then
-  slang="${XDG_CACHE_HOME:-$HOME/.cache}/orthant/slangtorch-1.3.22"
-  if [ ! -x "$slang/slangtorch/bin/slangc" ] && command -v pip > /dev/null; then
+  slang="${XDG_CACHE_HOME:-${HOME:-$PWD/target}/.cache}/orthant/slangtorch-1.3.22"
+  if [ ! -x "$slang/slangtorch/bin/slangc" ]; then
+    if ! python3 -m pip --version > /dev/null 2>&1 && [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null; then
+      apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install -y python3-pip > /dev/null
+    fi
     mkdir -p "$slang"
-    (cd "$slang" && pip download --quiet --no-deps slangtorch==1.3.22 \
+    (cd "$slang" && python3 -m pip download --quiet --no-deps slangtorch==1.3.22 \
       && python3 -c 'import glob, zipfile; zipfile.ZipFile(glob.glob("slangtorch*.whl")[0]).extractall()' \
       && chmod +x slangtorch/bin/slangc) || echo "the shader compiler could not be fetched"
   fi
