@@ -56,6 +56,7 @@ pub(crate) struct Limits {
     pub scratch_alignment: u64,
     pub timestamp_period: f32,
     pub max_images: u32,
+    pub max_image_size: u32,
     pub max_dispatch: u32,
 }
 
@@ -288,6 +289,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             scratch_alignment: u64::from(accel.min_acceleration_structure_scratch_offset_alignment).max(1),
             timestamp_period: base.limits.timestamp_period,
             max_images: indexing.max_per_stage_descriptor_update_after_bind_sampled_images,
+            max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],
         },
     }

@@ -2,7 +2,7 @@
 
 use super::{Arena, Buffer, Commands, Place, Queue};
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Result, VulkanError};
 use ash::vk;
 use orthant_resident::batch::RowWrites;
 use std::collections::VecDeque;
@@ -140,6 +140,10 @@ impl<'q> Uploads<'q> {
 
     fn room(&mut self, wanted: u64, least: u64) -> Result<(u64, u64)> {
         let least = least.min(wanted);
+        if least > self.staging.buffer.size {
+            let what = format!("a piece of {least} bytes is larger than the staging ring; split the scene");
+            return Err(VulkanError::Limit(what));
+        }
         loop {
             self.staging.collect(self.queue.done()?);
             if let Some(found) = self.staging.take(wanted, least) {

@@ -212,6 +212,14 @@ impl Image {
     fn new(device: &Arc<Device>, data: &ImageData) -> Result<Self> {
         let what = "an image";
         let level = data.levels[0];
+        let most = device.info.limits.max_image_size;
+        if level.width.max(level.height) > most {
+            let what = format!(
+                "an image of {} x {} texels is larger than the device takes ({most}); make it smaller, or use --backend cpu",
+                level.width, level.height
+            );
+            return Err(VulkanError::Limit(what));
+        }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format(data.format))
