@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 pub type Named<'p> = (&'p str, &'p Path);
 
 /// Checks before the work begins what would otherwise be found at its end: that every output has a folder to lie in, and is
-/// no folder, none of `inputs` and no other output. An input that may be written over is left out of `inputs`.
+/// no folder, no pipe or device, none of `inputs` and no other output. An input that may be written over is left out of
+/// `inputs`.
 ///
 /// # Errors
 /// The output, and the other file or the folder (usage).
@@ -24,6 +25,15 @@ pub fn check_outputs(outputs: &[Named<'_>], inputs: &[Named<'_>]) -> Result<(), 
         if path.is_dir() {
             return refuse("is a folder: name a file in it".to_owned());
         }
+        if is_of_a_process(path) {
+            let what =
+                "is an open file of this process and no place for an output, which is renamed into place: name a file";
+            return refuse(what.to_owned());
+        }
+        if std::fs::symlink_metadata(path).is_ok() && !path.is_file() {
+            let what = if path.exists() { "is no regular file" } else { "is a link that leads nowhere" };
+            return refuse(format!("{what}: name another file"));
+        }
         let identity = identity(path);
         let is_same = |other: &&Named<'_>| self::identity(other.1) == identity;
         if let Some((other, there)) = outputs[..i].iter().chain(inputs).find(is_same) {
@@ -31,6 +41,39 @@ pub fn check_outputs(outputs: &[Named<'_>], inputs: &[Named<'_>]) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// Checks, as soon as it is known which files an input refers to, that no output is one of them.
+///
+/// # Errors
+/// The output, and the input that refers to it (usage).
+pub fn check_not_read(outputs: &[Named<'_>], files: &[PathBuf], input: &Path) -> Result<(), Failure> {
+    let files: Vec<PathBuf> = files.iter().map(|file| identity(file)).collect();
+    for &(name, path) in outputs {
+        if files.contains(&identity(path)) {
+            let what = format!("{name} {}: {} is read from it: name another file", path.display(), input.display());
+            return Err(Failure::usage(what));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a path is `/dev/stdout` or another name for what a process has open: a rename would put a file there that whoever
+/// reads the other end never sees.
+fn is_of_a_process(path: &Path) -> bool {
+    let mut path = path.to_owned();
+    // As many links as Linux follows.
+    for _ in 0..40 {
+        let place = folder(&path).to_owned();
+        if place.canonicalize().is_ok_and(|place| place.starts_with("/proc")) {
+            return true;
+        }
+        match std::fs::read_link(&path) {
+            Ok(next) => path = place.join(next),
+            Err(_) => return false,
+        }
+    }
+    false
 }
 
 /// What a path leads to, whatever leads there; of a file that is not there yet, by its folder.
@@ -195,9 +238,37 @@ mod tests {
         }
         #[cfg(unix)]
         {
-            std::os::unix::fs::symlink(at("in.glb"), at("link.png")).expect("a link");
+            let link = |to: &Path, name: &str| std::os::unix::fs::symlink(to, at(name)).expect("a link");
+            link(&at("in.glb"), "link.png");
             assert!(check(&["link.png"], &["in.glb"]).is_err(), "what a link leads to would be replaced");
+            link(&at("nowhere/out.png"), "dangling.png");
+            let failure = check(&["dangling.png"], &[]).expect_err("the file could not be made");
+            assert!(failure.line().contains("leads nowhere"), "{failure}");
+            let _listener = std::os::unix::net::UnixListener::bind(at("socket.png")).expect("a socket");
+            assert!(check(&["socket.png"], &[]).expect_err("a socket").line().contains("no regular file"));
         }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_a_process_has_open_is_no_output() {
+        for path in ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1", "/dev/null"] {
+            let failure = check_outputs(&[("--stats", Path::new(path))], &[]).expect_err(path);
+            assert_eq!(failure.exit, Exit::Usage);
+            assert!(failure.line().contains(path), "{failure}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_an_input_refers_to_is_no_output() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("a.bin"), "").expect("a file");
+        let check = |output: &str| check_not_read(&[("--stats", &at(output))], &[at("a.bin")], Path::new("a.gltf"));
+        assert_eq!(check("b.bin"), Ok(()));
+        let failure = check("./a.bin").expect_err("refused");
+        assert_eq!(failure.exit, Exit::Usage);
+        assert!(["--stats", "a.bin", "a.gltf"].iter().all(|word| failure.line().contains(word)), "{failure}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{fail, folder_with_box, succeed};
+use common::{bytes, fail, folder_with_box, succeed};
 
 #[test]
 fn every_command_that_writes_checks_its_outputs_first() {
@@ -40,4 +40,32 @@ fn every_command_that_writes_checks_its_outputs_first() {
     succeed(&f, &[&edit[..], &["-o", "box.glb"]].concat());
     succeed(&f, &["convert", "box.glb", "box.glb"]);
     succeed(&f, &["merge", "all.share", "-o", "e.png"]);
+}
+
+#[test]
+fn what_a_scene_or_a_script_refers_to_is_no_output() {
+    let (_guard, f) = folder_with_box();
+    succeed(&f, &["convert", "box.glb", "a.gltf"]);
+    succeed(&f, &["convert", "box.glb", "a.obj"]);
+    succeed(&f, &["convert", "box.glb", "part.glb"]);
+    std::fs::write(f.join("ops.jsonl"), "{\"op\":\"merge_scene\",\"path\":\"part.glb\"}\n").expect("a script");
+    std::fs::write(f.join("beside.jsonl"), "{\"op\":\"merge_scene\",\"path\":\"a.gltf\"}\n").expect("a script");
+    let before: Vec<_> = ["a.bin", "a.mtl", "part.glb", "box.glb"].map(|name| (name, bytes(&f, name))).into();
+    let long = ["-o", "a.png", "--size", "1920x1080", "--spp", "1000000"];
+    let render = |rest: &[&'static str]| [&["render"], rest, &long].concat();
+    for (args, words) in [
+        (render(&["a.gltf", "--stats", "a.bin"]), ["--stats a.bin", "a.gltf"]),
+        (render(&["a.obj", "--stats", "./a.mtl"]), ["--stats ./a.mtl", "a.obj"]),
+        (vec!["edit", "a.gltf", "--ops", "ops.jsonl", "--report", "a.bin"], ["--report a.bin", "a.gltf"]),
+        (vec!["edit", "box.glb", "--ops", "ops.jsonl", "-o", "part.glb"], ["-o part.glb", "ops.jsonl: line 1"]),
+        (
+            vec!["edit", "box.glb", "--ops", "beside.jsonl", "--report", "a.bin"],
+            ["--report a.bin", "beside.jsonl: line 1"],
+        ),
+    ] {
+        fail(&f, &args, 2, &words);
+    }
+    for (name, content) in before {
+        assert_eq!(bytes(&f, name), content, "{name}");
+    }
 }

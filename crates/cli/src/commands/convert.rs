@@ -2,7 +2,7 @@
 
 use crate::args::{Common, ConvertArgs, ImagesArg};
 use crate::failure::{Exit, Failure};
-use crate::output::{check_outputs, print};
+use crate::output::{check_not_read, check_outputs, print};
 use orthant_scene::export::{ExportError, ExportFault, ExportOptions, Images, export_path};
 use orthant_scene::import::{Format, ImportOptions, import_path};
 use std::path::Path;
@@ -17,11 +17,13 @@ pub fn run(args: &ConvertArgs, common: &Common) -> Result<(), Failure> {
         return Err(Failure::usage(what).remedy("use .gltf, .glb, .obj or .crts"));
     }
     // A file may be converted onto itself.
-    check_outputs(&[("OUT", &args.output)], &[])?;
+    let output = [("OUT", args.output.as_path())];
+    check_outputs(&output, &[])?;
     let mut import = ImportOptions::default();
     import.max_memory = common.max_memory();
     import.allow_external_files = args.allow_external_files;
     let imported = import_path(&args.input, &import).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+    check_not_read(&output, &imported.files, &args.input)?;
     if !common.quiet {
         for warning in &imported.warnings {
             eprintln!("warning: {}: {warning}", args.input.display());

@@ -4,7 +4,7 @@ use crate::args::{BackendArg, Common, EditArgs};
 use crate::commands::convert::export_failure;
 use crate::failure::{Exit, Failure};
 use crate::live::{Followed, Live, Stopped};
-use crate::output::{check_outputs, print, write_atomically};
+use crate::output::{Named, check_not_read, check_outputs, print, write_atomically};
 use orthant_render::DeriveOptions;
 use orthant_resident::batch::TlasAction;
 use orthant_scene::Scene;
@@ -30,11 +30,15 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     if args.backend == Some(BackendArg::Vulkan) {
         return Err(Failure::missing("--backend vulkan: this build renders on the CPU").remedy("use --backend cpu"));
     }
-    check_files(args)?;
+    let output = args.output.as_deref().map(|path| ("-o", path));
+    let report = args.report.as_deref().map(|path| ("--report", path));
+    check_files(args, output, report)?;
+    let outputs: Vec<_> = output.into_iter().chain(report).collect();
     let mut import = ImportOptions::default();
     import.max_memory = common.max_memory();
     import.allow_external_files = args.allow_external_files;
     let imported = import_path(&args.scene, &import).map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?;
+    check_not_read(&outputs, &imported.files, &args.scene)?;
     if !common.quiet {
         for warning in &imported.warnings {
             eprintln!("warning: {}: {warning}", args.scene.display());
@@ -70,6 +74,8 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             }
             Err(Stopped::Failed(failure)) => return Err(at(failure)),
         }
+        // What has been merged is an input as much as the scene.
+        check_not_read(&outputs, editor.live.session.files(), &args.ops).map_err(at)?;
         say(editor.live.new_warnings());
     }
     editor.live.finish()?;
@@ -94,10 +100,8 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
 }
 
 /// The scene may be written onto itself; nothing else may be an input and an output.
-fn check_files(args: &EditArgs) -> Result<(), Failure> {
+fn check_files(args: &EditArgs, output: Option<Named<'_>>, report: Option<Named<'_>>) -> Result<(), Failure> {
     let (scene, script) = (("the scene", args.scene.as_path()), ("the script", args.ops.as_path()));
-    let output = args.output.as_deref().map(|path| ("-o", path));
-    let report = args.report.as_deref().map(|path| ("--report", path));
     check_outputs(output.as_slice(), &[script])?;
     check_outputs(report.as_slice(), &[scene, script])?;
     let both: Vec<_> = output.into_iter().chain(report).collect();

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::image_io::{Display, Format};
 use crate::job::backend::{AnyBackend, backend_failure, open};
 use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings};
-use crate::output::{check_outputs, write_atomically, write_bytes};
+use crate::output::{Named, check_not_read, check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
 use orthant_resident::backend::{ApplyReport, RayCounts};
 use orthant_resident::film::BLOCK;
@@ -14,7 +14,7 @@ use orthant_resident::tonemap::ToneMapper;
 use orthant_resident::{Environment, Film, Frame};
 use serde_json::json;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// How long the backend works between two looks at the progress.
@@ -32,7 +32,9 @@ const SHARE_BUFFER: u64 = 256 << 20;
 pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
     let plan = Plan::new(args, common)?;
-    check_files(args)?;
+    let aovs: Vec<_> = args.aov.iter().map(|aov| aov::path(&args.output, aov.aov())).collect();
+    let outputs = outputs(args, &aovs);
+    check_files(args, &outputs)?;
     if args.threads > 0 {
         // Loading keeps to the number too. A pool that exists already (in tests) is as good.
         let _exists = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
@@ -45,6 +47,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         max_memory: common.max_memory(),
     };
     let mut loaded = load(&args.file, &options)?;
+    check_not_read(&outputs, &loaded.files, &args.file)?;
     if !common.quiet {
         loaded.print_warnings();
         if loaded.derived.bounds().is_none() {
@@ -83,9 +86,8 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The image, its AOVs and the statistics are files of their own, and none of them is an input.
-fn check_files(args: &RenderArgs) -> Result<(), Failure> {
-    let aovs: Vec<_> = args.aov.iter().map(|aov| aov::path(&args.output, aov.aov())).collect();
+/// The image, its AOVs and the statistics are files of their own.
+fn outputs<'p>(args: &'p RenderArgs, aovs: &'p [PathBuf]) -> Vec<Named<'p>> {
     let mut outputs = vec![("-o", args.output.as_path())];
     for (i, path) in aovs.iter().enumerate() {
         if !aovs[..i].contains(path) {
@@ -93,11 +95,16 @@ fn check_files(args: &RenderArgs) -> Result<(), Failure> {
         }
     }
     outputs.extend(args.stats.as_deref().map(|path| ("--stats", path)));
+    outputs
+}
+
+/// None of the outputs is an input.
+fn check_files(args: &RenderArgs, outputs: &[Named<'_>]) -> Result<(), Failure> {
     let mut inputs = vec![("the scene", args.file.as_path())];
     if let Some(EnvArg::File(path)) = &args.env {
         inputs.push(("--env", path));
     }
-    check_outputs(&outputs, &inputs)
+    check_outputs(outputs, &inputs)
 }
 
 /// What is to be done, as far as the options alone say.

@@ -30,6 +30,8 @@ pub struct Loaded {
     pub path: PathBuf,
     /// What it was.
     pub format: Format,
+    /// The files that it refers to.
+    pub files: Vec<PathBuf>,
     /// The document.
     pub scene: Scene,
     /// What a renderer needs of it.
@@ -93,7 +95,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         .chain(animation_warnings.iter().map(ToString::to_string))
         .chain(derived.warnings.iter().map(ToString::to_string))
         .collect();
-    Ok(Loaded { path: path.to_owned(), format: imported.format, scene, derived, warnings, load_time, derive_time })
+    let (path, format, files) = (path.to_owned(), imported.format, imported.files);
+    Ok(Loaded { path, format, files, scene, derived, warnings, load_time, derive_time })
 }
 
 impl Loaded {

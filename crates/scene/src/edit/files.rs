@@ -21,16 +21,19 @@ impl Folder {
         Self { path: path.to_owned(), import }
     }
 
-    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read.
+    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read. Also returns the files
+    /// that were read: the document's own, and those that it refers to.
     ///
     /// # Errors
     /// The file and why it cannot be read.
-    pub fn read(&self, path: &str) -> Result<MergedFile, EditError> {
+    pub fn read(&self, path: &str) -> Result<(MergedFile, Vec<PathBuf>), EditError> {
         let full = self.path.join(path);
         let imported = import_path(&full, &self.import).map_err(|error| EditError::File(error.to_string()))?;
         let blake3 = hash(&full, &imported.scene)
             .map_err(|error| EditError::File(format!("{}: cannot be read: {error}", full.display())))?;
-        Ok(MergedFile { path: path.to_owned(), blake3, scene: Some(Arc::new(imported.scene)) })
+        let mut files = imported.files;
+        files.insert(0, full);
+        Ok((MergedFile { path: path.to_owned(), blake3, scene: Some(Arc::new(imported.scene)) }, files))
     }
 
     /// Reads the document that an edit of a log names.
@@ -38,7 +41,7 @@ impl Folder {
     /// # Errors
     /// The file, and why it cannot be read, or that its content is not what it was when the log was made.
     pub fn read_again(&self, file: &MergedFile) -> Result<Arc<Scene>, EditError> {
-        let found = self.read(&file.path)?;
+        let (found, _) = self.read(&file.path)?;
         let full = self.path.join(&file.path);
         match found.scene {
             Some(scene) if found.blake3 == file.blake3 => Ok(scene),

@@ -14,7 +14,7 @@ use crate::model::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How an operation refers to an object.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -274,6 +274,8 @@ pub struct Session {
     /// The label that the last operation set, and what it meant before.
     last_label: Option<(String, Option<AnyId>)>,
     folder: Folder,
+    /// The files that were read for `merge_scene`.
+    files: Vec<PathBuf>,
 }
 
 impl Session {
@@ -285,7 +287,13 @@ impl Session {
             names: Names::default(),
             last_label: None,
             folder: Folder::new(folder, import),
+            files: Vec::new(),
         }
+    }
+
+    /// The files that `merge_scene` has read so far, and those that they refer to.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
     }
 
     /// Carries an operation out.
@@ -484,7 +492,9 @@ impl Session {
             Op::MergeScene { path, parent, label } => {
                 new_label = label.clone();
                 let parent = self.find_optional(scene, "parent", parent)?;
-                Edit::MergeScene { file: self.folder.read(path)?, parent }
+                let (file, files) = self.folder.read(path)?;
+                self.files.extend(files);
+                Edit::MergeScene { file, parent }
             }
             Op::RemoveUnused {} => Edit::RemoveUnused,
             Op::Undo { .. } | Op::Redo { .. } | Op::SetTime { .. } => {

@@ -4,6 +4,7 @@ use super::budget::{Budget, OverBudget};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Why a file is not read.
 #[derive(Debug, thiserror::Error)]
@@ -101,6 +102,8 @@ pub(crate) struct Files<'a> {
     folder: Option<PathBuf>,
     allow_external: bool,
     budget: &'a Budget,
+    /// Those that were asked for and found. Images are read by several threads.
+    found: Mutex<Vec<PathBuf>>,
 }
 
 impl<'a> Files<'a> {
@@ -108,7 +111,7 @@ impl<'a> Files<'a> {
     pub fn new(folder: Option<&Path>, allow_external: bool, budget: &'a Budget) -> Self {
         // The folder of "scene.gltf" is "".
         let folder = folder.map(|f| if f.as_os_str().is_empty() { PathBuf::from(".") } else { f.to_owned() });
-        Self { folder, allow_external, budget }
+        Self { folder, allow_external, budget, found: Mutex::default() }
     }
 
     /// What files are charged to.
@@ -125,7 +128,18 @@ impl<'a> Files<'a> {
 
     /// Reads a file by its path as the scene file has it: relative to the scene's folder, with `/` between names.
     pub fn read(&self, path: &str, at_most: Option<u64>) -> Result<Vec<u8>, FileFault> {
-        read_file(&self.locate(path)?, at_most, self.budget)
+        let path = self.locate(path)?;
+        let bytes = read_file(&path, at_most, self.budget)?;
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+        Ok(bytes)
+    }
+
+    /// The files that have been read, sorted, each once.
+    pub fn into_found(self) -> Vec<PathBuf> {
+        let mut found = self.found.into_inner().unwrap_or_else(PoisonError::into_inner);
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// Where the file is. It exists and, unless external files are allowed, lies in the folder tree of the scene, symbolic

@@ -22,7 +22,7 @@ pub use warning::{Warning, WarningKind};
 use crate::Scene;
 use budget::Budget;
 use files::Files;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How to import.
 #[derive(Clone, Debug)]
@@ -101,6 +101,9 @@ pub struct Imported {
     pub format: Format,
     /// Bytes that were counted against [`ImportOptions::max_memory`]: an upper bound of what the scene holds.
     pub charged_bytes: u64,
+    /// The files that the scene file refers to and that were read: buffers, images, material libraries. Sorted, each once,
+    /// without the scene file.
+    pub files: Vec<PathBuf>,
 }
 
 /// Imports a file. The format follows from the content and must agree with the extension.
@@ -159,7 +162,7 @@ fn import_bytes(
         }
     }
     .map_err(|(place, fault)| ImportError { file: name.to_owned(), place, fault })?;
-    Ok(Imported { scene, warnings, format, charged_bytes: budget.used() })
+    Ok(Imported { scene, warnings, format, charged_bytes: budget.used(), files: files.into_found() })
 }
 
 fn agreed_format(bytes: &[u8], path: &Path) -> Result<Format, ImportFault> {
