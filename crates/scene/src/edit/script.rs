@@ -198,7 +198,7 @@ fn one() -> usize {
 
 /// A variant: by index, or by its name as it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a variant is an index or a name")]
 pub enum VariantReference {
     /// Its index.
     Index(usize),

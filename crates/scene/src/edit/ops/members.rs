@@ -1,159 +1,22 @@
 //! The members that the specifications give to materials, lights and cameras. A file may have others, which are kept; an
-//! edit that sets one more likely means another.
+//! edit that sets one more, or gives one a value of another type, likely means something else.
+
+mod schema;
 
 use crate::edit::EditError;
 use crate::edit::plan::Result;
+use crate::import::gltf::extensions::SUPPORTED;
 use crate::model::Kind;
 use crate::place::push_key;
+use schema::{CAMERA, LIGHT, MATERIAL, Members, Type};
 use serde_json::Value;
 
-/// An object: its members, with what is known of those that are objects, and the extensions that are known.
-struct Object {
-    members: &'static [(&'static str, Option<&'static Object>)],
-    extensions: &'static [(&'static str, &'static Object)],
-}
+/// Supported, and for any object of glTF.
+const ANYWHERE: &str = "KHR_xmp_json_ld";
 
-const TRANSFORM: Object =
-    Object { members: &[("offset", None), ("rotation", None), ("scale", None), ("texCoord", None)], extensions: &[] };
-const ON_TEXTURES: &[(&str, &Object)] = &[("KHR_texture_transform", &TRANSFORM)];
-const TEXTURE: Object = Object { members: &[("index", None), ("texCoord", None)], extensions: ON_TEXTURES };
-const NORMAL: Object =
-    Object { members: &[("index", None), ("texCoord", None), ("scale", None)], extensions: ON_TEXTURES };
-const OCCLUSION: Object =
-    Object { members: &[("index", None), ("texCoord", None), ("strength", None)], extensions: ON_TEXTURES };
-
-const fn plain(members: &'static [(&'static str, Option<&'static Object>)]) -> Object {
-    Object { members, extensions: &[] }
-}
-
-const PBR: Object = plain(&[
-    ("baseColorFactor", None),
-    ("baseColorTexture", Some(&TEXTURE)),
-    ("metallicFactor", None),
-    ("roughnessFactor", None),
-    ("metallicRoughnessTexture", Some(&TEXTURE)),
-]);
-
-const MATERIAL: Object = Object {
-    members: &[
-        ("name", None),
-        ("pbrMetallicRoughness", Some(&PBR)),
-        ("normalTexture", Some(&NORMAL)),
-        ("occlusionTexture", Some(&OCCLUSION)),
-        ("emissiveTexture", Some(&TEXTURE)),
-        ("emissiveFactor", None),
-        ("alphaMode", None),
-        ("alphaCutoff", None),
-        ("doubleSided", None),
-    ],
-    extensions: &[
-        ("KHR_materials_unlit", &plain(&[])),
-        ("KHR_materials_emissive_strength", &plain(&[("emissiveStrength", None)])),
-        ("KHR_materials_ior", &plain(&[("ior", None)])),
-        ("KHR_materials_dispersion", &plain(&[("dispersion", None)])),
-        (
-            "KHR_materials_clearcoat",
-            &plain(&[
-                ("clearcoatFactor", None),
-                ("clearcoatTexture", Some(&TEXTURE)),
-                ("clearcoatRoughnessFactor", None),
-                ("clearcoatRoughnessTexture", Some(&TEXTURE)),
-                ("clearcoatNormalTexture", Some(&NORMAL)),
-            ]),
-        ),
-        (
-            "KHR_materials_transmission",
-            &plain(&[("transmissionFactor", None), ("transmissionTexture", Some(&TEXTURE))]),
-        ),
-        (
-            "KHR_materials_diffuse_transmission",
-            &plain(&[
-                ("diffuseTransmissionFactor", None),
-                ("diffuseTransmissionTexture", Some(&TEXTURE)),
-                ("diffuseTransmissionColorFactor", None),
-                ("diffuseTransmissionColorTexture", Some(&TEXTURE)),
-            ]),
-        ),
-        (
-            "KHR_materials_volume",
-            &plain(&[
-                ("thicknessFactor", None),
-                ("thicknessTexture", Some(&TEXTURE)),
-                ("attenuationDistance", None),
-                ("attenuationColor", None),
-            ]),
-        ),
-        (
-            "KHR_materials_specular",
-            &plain(&[
-                ("specularFactor", None),
-                ("specularTexture", Some(&TEXTURE)),
-                ("specularColorFactor", None),
-                ("specularColorTexture", Some(&TEXTURE)),
-            ]),
-        ),
-        (
-            "KHR_materials_sheen",
-            &plain(&[
-                ("sheenColorFactor", None),
-                ("sheenColorTexture", Some(&TEXTURE)),
-                ("sheenRoughnessFactor", None),
-                ("sheenRoughnessTexture", Some(&TEXTURE)),
-            ]),
-        ),
-        (
-            "KHR_materials_iridescence",
-            &plain(&[
-                ("iridescenceFactor", None),
-                ("iridescenceTexture", Some(&TEXTURE)),
-                ("iridescenceIor", None),
-                ("iridescenceThicknessMinimum", None),
-                ("iridescenceThicknessMaximum", None),
-                ("iridescenceThicknessTexture", Some(&TEXTURE)),
-            ]),
-        ),
-        (
-            "KHR_materials_anisotropy",
-            &plain(&[
-                ("anisotropyStrength", None),
-                ("anisotropyRotation", None),
-                ("anisotropyTexture", Some(&TEXTURE)),
-            ]),
-        ),
-        (
-            "KHR_materials_pbrSpecularGlossiness",
-            &plain(&[
-                ("diffuseFactor", None),
-                ("diffuseTexture", Some(&TEXTURE)),
-                ("specularFactor", None),
-                ("glossinessFactor", None),
-                ("specularGlossinessTexture", Some(&TEXTURE)),
-            ]),
-        ),
-    ],
-};
-
-const SPOT: Object = plain(&[("innerConeAngle", None), ("outerConeAngle", None)]);
-const LIGHT: Object = plain(&[
-    ("name", None),
-    ("color", None),
-    ("intensity", None),
-    ("range", None),
-    ("type", None),
-    ("spot", Some(&SPOT)),
-]);
-
-const PERSPECTIVE: Object = plain(&[("aspectRatio", None), ("yfov", None), ("znear", None), ("zfar", None)]);
-const ORTHOGRAPHIC: Object = plain(&[("xmag", None), ("ymag", None), ("znear", None), ("zfar", None)]);
-const CAMERA: Object = plain(&[
-    ("name", None),
-    ("type", None),
-    ("perspective", Some(&PERSPECTIVE)),
-    ("orthographic", Some(&ORTHOGRAPHIC)),
-]);
-
-/// Refuses a patch that sets a member which is not known. Null, which takes one away that a file has, is let pass; so is
-/// whatever is in `extras` and in extensions that are not known. `base` is where the patch is in the edit.
+/// Refuses a patch that sets a member which is not known, or one to what it cannot be. Null, which takes one away that a file
+/// has, is let pass; so is whatever is in `extras` and in extensions that are not known. `base` is where the patch is in the
+/// edit.
 pub fn check(kind: Kind, patch: &Value, base: &str) -> Result<()> {
     let object = match kind {
         Kind::Material => &MATERIAL,
@@ -161,38 +24,91 @@ pub fn check(kind: Kind, patch: &Value, base: &str) -> Result<()> {
         Kind::Camera => &CAMERA,
         _ => return Ok(()),
     };
-    check_object(object, patch, &mut base.to_owned())
+    Patch { pointer: base.to_owned() }.object(object, patch)
 }
 
-fn check_object(object: &Object, patch: &Value, pointer: &mut String) -> Result<()> {
-    // What is no object, and should be one, is refused for that.
-    let Value::Object(patch) = patch else { return Ok(()) };
-    for (key, value) in patch.iter().filter(|(key, value)| *key != "extras" && !value.is_null()) {
-        let length = pointer.len();
-        push_key(pointer, key);
-        match object.members.iter().find(|(name, _)| name == key) {
-            Some((_, Some(inner))) => check_object(inner, value, pointer)?,
-            Some((_, None)) => {}
-            None if key == "extensions" => {
-                for (name, value) in value.as_object().into_iter().flatten() {
-                    if let Some((_, inner)) = object.extensions.iter().find(|(known, _)| known == name) {
-                        let length = pointer.len();
-                        push_key(pointer, name);
-                        check_object(inner, value, pointer)?;
-                        pointer.truncate(length);
-                    }
-                }
-            }
-            None => {
-                let known: Vec<&str> = object.members.iter().map(|(name, _)| *name).collect();
-                let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-                let what = format!("there is no such member; known are: {known} (and extras, extensions)");
-                return Err(EditError::value(pointer.clone(), what));
-            }
-        }
-        pointer.truncate(length);
+/// A walk through a patch.
+struct Patch {
+    /// Where it is.
+    pointer: String,
+}
+
+impl Patch {
+    fn refuse<T>(&self, what: impl Into<String>) -> Result<T> {
+        Err(EditError::value(self.pointer.clone(), what))
     }
-    Ok(())
+
+    /// Does something at a member.
+    fn at(&mut self, key: &str, visit: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        let length = self.pointer.len();
+        push_key(&mut self.pointer, key);
+        visit(self)?;
+        self.pointer.truncate(length);
+        Ok(())
+    }
+
+    fn object(&mut self, known: &Members, patch: &Value) -> Result<()> {
+        let Value::Object(patch) = patch else { return self.refuse(is_no("an object", patch)) };
+        for (key, value) in patch.iter().filter(|(key, value)| *key != "extras" && !value.is_null()) {
+            self.at(key, |here| match known.members.iter().find(|(name, _)| name == key) {
+                Some((_, of)) => here.member(*of, value),
+                None if key == "extensions" => here.extensions(known, value),
+                None => {
+                    let names: Vec<&str> = known.members.iter().map(|(name, _)| *name).collect();
+                    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                    here.refuse(format!("there is no such member; known are: {names} (and extras, extensions)"))
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    fn extensions(&mut self, known: &Members, extensions: &Value) -> Result<()> {
+        let Value::Object(extensions) = extensions else { return self.refuse(is_no("an object", extensions)) };
+        for (name, value) in extensions.iter().filter(|(_, value)| !value.is_null()) {
+            self.at(name, |here| match known.extensions.iter().find(|(known, _)| known == name) {
+                Some((_, members)) => here.object(members, value),
+                None if name.is_empty() => here.refuse("an extension has a name"),
+                None if SUPPORTED.contains(&name.as_str()) && name != ANYWHERE => {
+                    let names: Vec<&str> = known.extensions.iter().map(|(name, _)| *name).collect();
+                    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                    here.refuse(format!("the extension is for other objects; for this one are known: {names}"))
+                }
+                None if !value.is_object() => here.refuse(is_no("an object", value)),
+                None => Ok(()),
+            })?;
+        }
+        Ok(())
+    }
+
+    fn member(&mut self, of: Type, value: &Value) -> Result<()> {
+        let (is_one, what) = match of {
+            Type::Object(members) => return self.object(members, value),
+            Type::Number => (value.is_number(), "a number"),
+            Type::Index => (value.is_u64(), "a whole number, 0 or more"),
+            Type::Text => (value.is_string(), "a string"),
+            Type::Flag => (value.is_boolean(), "true or false"),
+            Type::Numbers(count) => {
+                let is_one =
+                    value.as_array().is_some_and(|list| list.len() == count && list.iter().all(Value::is_number));
+                return if is_one { Ok(()) } else { self.refuse(is_no(&format!("a list of {count} numbers"), value)) };
+            }
+        };
+        if is_one { Ok(()) } else { self.refuse(is_no(what, value)) }
+    }
+}
+
+/// What a value should be and is not.
+fn is_no(what: &str, value: &Value) -> String {
+    let is = match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(flag) => flag.to_string(),
+        Value::Number(number) => number.to_string(),
+        Value::String(_) => "a string".to_owned(),
+        Value::Array(list) => format!("a list of {}", list.len()),
+        Value::Object(_) => "an object".to_owned(),
+    };
+    format!("it has to be {what}, and is {is}")
 }
 
 #[cfg(test)]
@@ -202,10 +118,10 @@ mod tests {
     use serde_json::{Map, json};
 
     /// Every member of an object and of all in it: what leads to it, and the object that has it.
-    fn each(object: &'static Object, path: &[&'static str], see: &mut impl FnMut(&[&'static str], &str)) {
-        for (name, inner) in object.members {
-            see(path, name);
-            if let Some(inner) = inner {
+    fn each(object: &'static Members, path: &[&'static str], see: &mut impl FnMut(&[&'static str], &str, Type)) {
+        for (name, of) in object.members {
+            see(path, name, *of);
+            if let Type::Object(inner) = of {
                 each(inner, &[path, &[name]].concat(), see);
             }
         }
@@ -218,7 +134,7 @@ mod tests {
     fn every_known_member_is_one_that_import_reads() {
         for (kind, object) in [(Kind::Material, &MATERIAL), (Kind::Light, &LIGHT), (Kind::Camera, &CAMERA)] {
             let mut count = 0;
-            each(object, &[], &mut |path, name| {
+            each(object, &[], &mut |path, name, _| {
                 // Kept as JSON, and read by those who show it.
                 if path.contains(&"KHR_materials_pbrSpecularGlossiness") {
                     return;
@@ -233,6 +149,118 @@ mod tests {
                 assert!(read.is_err(), "{kind:?}: {path:?} {name} is not read");
             });
             assert!(count > 5, "{kind:?}");
+        }
+    }
+
+    /// `{"a": {"b": value}}`, its pointer being `/a/b`.
+    fn nested(path: &[&str], name: &str, value: Value) -> (Value, String) {
+        let value = path.iter().rev().fold(json!({ name: value }), |inner, key| json!({ *key: inner }));
+        (value, format!("/set/{}", [path, &[name]].concat().join("/")))
+    }
+
+    #[test]
+    fn a_value_of_another_type_is_refused_at_the_member_itself() {
+        let values = [
+            json!(1),
+            json!(-0.5),
+            json!("x"),
+            json!(true),
+            json!([1, 2]),
+            json!([1, 2, 3]),
+            json!([1, 2, 3, 4]),
+            json!([1, "x", 3]),
+            json!({}),
+            json!([]),
+        ];
+        for (kind, object) in [(Kind::Material, &MATERIAL), (Kind::Light, &LIGHT), (Kind::Camera, &CAMERA)] {
+            each(object, &[], &mut |path, name, of| {
+                let mut taken = 0;
+                for value in &values {
+                    let (patch, pointer) = nested(path, name, value.clone());
+                    match check(kind, &patch, "/set") {
+                        Ok(()) => taken += 1,
+                        Err(EditError::Value { pointer: at, what }) => {
+                            assert_eq!(at, pointer, "{what}");
+                            assert!(what.starts_with("it has to be "), "{what}");
+                        }
+                        Err(other) => panic!("{other}"),
+                    }
+                }
+                let expected = match of {
+                    Type::Number => 2,
+                    Type::Numbers(_) | Type::Index | Type::Text | Type::Flag | Type::Object(_) => 1,
+                };
+                assert_eq!(taken, expected, "{path:?} {name}");
+            });
+        }
+    }
+
+    #[test]
+    fn the_types_are_those_that_import_reads() {
+        // What passes here, import must not refuse for its type; what is of another type, import must refuse.
+        for (kind, object) in [(Kind::Material, &MATERIAL), (Kind::Light, &LIGHT), (Kind::Camera, &CAMERA)] {
+            each(object, &[], &mut |path, name, of| {
+                if path.contains(&"KHR_materials_pbrSpecularGlossiness") {
+                    return;
+                }
+                let value = match of {
+                    Type::Number => json!(0.5),
+                    Type::Numbers(count) => json!(vec![0.5; count]),
+                    Type::Index => json!(0),
+                    Type::Text => json!("text"),
+                    Type::Flag => json!(true),
+                    Type::Object(_) => return,
+                };
+                let (patch, _) = nested(path, name, value);
+                if let Err((_, fault)) = gltf::convert_object(kind, &patch.to_string(), &|_| 1) {
+                    // Another member is missing beside it, or the text means nothing; the type is no fault.
+                    let fault = fault.to_string();
+                    assert!(
+                        !fault.contains("invalid type") && !fault.contains("invalid length"),
+                        "{path:?} {name}: {fault}"
+                    );
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn an_extension_is_an_object_and_for_the_object_that_has_it() {
+        for (kind, patch, pointer) in [
+            (
+                Kind::Material,
+                json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}),
+                "/set/extensions/KHR_lights_punctual",
+            ),
+            (
+                Kind::Material,
+                json!({"extensions": {"KHR_texture_transform": {}}}),
+                "/set/extensions/KHR_texture_transform",
+            ),
+            (Kind::Material, json!({"extensions": {"ACME_paint": 3}}), "/set/extensions/ACME_paint"),
+            (
+                Kind::Material,
+                json!({"extensions": {"KHR_materials_unlit": true}}),
+                "/set/extensions/KHR_materials_unlit",
+            ),
+            (Kind::Material, json!({"extensions": {"": {}}}), "/set/extensions/"),
+            (Kind::Material, json!({"extensions": []}), "/set/extensions"),
+            (
+                Kind::Material,
+                json!({"normalTexture": {"extensions": {"KHR_materials_ior": {}}}}),
+                "/set/normalTexture/extensions/KHR_materials_ior",
+            ),
+            (Kind::Light, json!({"extensions": {"KHR_materials_unlit": {}}}), "/set/extensions/KHR_materials_unlit"),
+        ] {
+            match check(kind, &patch, "/set") {
+                Err(EditError::Value { pointer: at, .. }) => assert_eq!(at, pointer),
+                other => panic!("{patch}: {other:?}"),
+            }
+        }
+        for free in
+            [json!({"extensions": {"KHR_xmp_json_ld": {"packet": 0}}}), json!({"extensions": {"ACME_paint": null}})]
+        {
+            assert_eq!(check(Kind::Material, &free, "/set"), Ok(()), "{free}");
         }
     }
 
@@ -255,7 +283,7 @@ mod tests {
             json!({"extras": {"anything": 1}}),
             json!({"extensions": {"ACME_paint": {"gloss": 1}}}),
             json!({"junk": null}),
-            json!({"normalTexture": {"extras": {"a": 1}, "extensions": {"ACME_x": 2}}}),
+            json!({"normalTexture": {"extras": {"a": 1}, "extensions": {"ACME_x": {"b": 2}}}}),
         ] {
             assert_eq!(check(Kind::Material, &free, "/set"), Ok(()), "{free}");
         }
