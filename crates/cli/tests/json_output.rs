@@ -117,7 +117,7 @@ fn stats_have_times_rays_and_memory() {
         &["render", "box.glb", "-o", "a.png", "--size", "8x4", "--spp", "3", "--stats", "s.json", "--validate"],
     );
     let stats = json(&std::fs::read_to_string(f.join("s.json")).expect("stats"));
-    for key in ["load_s", "derive_s", "upload_s", "blas_s", "tlas_s", "render_s", "mrays_s"] {
+    for key in ["load_s", "derive_s", "environment_s", "upload_s", "blas_s", "tlas_s", "render_s", "mrays_s"] {
         assert!(stats[key].as_f64().is_some_and(|v| v >= 0.0), "{key}");
     }
     assert_eq!((&stats["samples"], &stats["rays"]["camera"]), (&96.into(), &96.into()));

@@ -9,6 +9,9 @@ use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::batch::SceneBatch;
 use orthant_resident::image::{ImageData, TexelFormat};
 use orthant_resident::rows::{MaterialRow, NONE, TextureSlot};
+use orthant_scene::Scene;
+use orthant_scene::animation::Pose;
+use orthant_scene::edit::script::{Operation, Session};
 use orthant_scene::import::{ImportOptions, import_slice};
 use orthant_scene::model::metallic_roughness;
 use serde_json::{Value, json};
@@ -24,7 +27,7 @@ fn png(width: u32, texels: &[[u8; 4]]) -> Vec<u8> {
 }
 
 /// A document of one material, whose images are a view each.
-fn derive(extension: Value, images: &[Vec<u8>]) -> (DerivedScene, SceneBatch) {
+fn scene(extension: Value, images: &[Vec<u8>]) -> Scene {
     let mut document = Document::new(json!({
         "extensionsUsed": [NAME, "KHR_texture_transform"],
         "materials": [{ "pbrMetallicRoughness": { "metallicFactor": 0.5 }, "extensions": { NAME: extension } }],
@@ -33,7 +36,11 @@ fn derive(extension: Value, images: &[Vec<u8>]) -> (DerivedScene, SceneBatch) {
     let image = |&view: &usize| json!({ "bufferView": view, "mimeType": "image/png" });
     document.json["images"] = views.iter().map(image).collect();
     document.json["textures"] = (0..views.len()).map(|i| json!({ "source": i })).collect();
-    let scene = import_slice(document.glb(), None, "a.glb", &ImportOptions::default()).expect("valid").scene;
+    import_slice(document.glb(), None, "a.glb", &ImportOptions::default()).expect("valid").scene
+}
+
+fn derive(extension: Value, images: &[Vec<u8>]) -> (DerivedScene, SceneBatch) {
+    let scene = scene(extension, images);
     let mut derived = DerivedScene::derive(&scene, &DeriveOptions::default()).expect("derived");
     let batch = derived.load_batch();
     (derived, batch)
@@ -138,4 +145,36 @@ fn a_texture_whose_image_is_broken_leaves_the_factors_and_the_other_texture() {
     let (derived, _) = derive(json!({ "diffuseTexture": { "index": 0 } }), &[broken]);
     assert_eq!(row(&derived).base_color_texture.texture, NONE);
     assert_eq!(row(&derived).roughness, 0.0, "glossiness is 1 unless given");
+}
+
+#[test]
+fn textures_are_converted_again_only_where_what_they_are_made_of_has_changed() {
+    let diffuse = png(2, &[[255, 0, 0, 255], [0, 255, 0, 255]]);
+    let mut scene = scene(json!({ "diffuseTexture": { "index": 0 }, "glossinessFactor": 0.5 }), &[diffuse]);
+    scene.prepare_edits();
+    let options = DeriveOptions { live: true, ..DeriveOptions::default() };
+    let mut derived = DerivedScene::derive(&scene, &options).expect("derived");
+    derived.load_batch();
+    let mut cursor = scene.change_log().cursor();
+    let mut session = Session::new(std::path::Path::new("."), ImportOptions::default());
+    let set = |patch: Value| json!({ "op": "set_material", "material": 0, "set": patch });
+    let glossiness = |value: f64| set(json!({ "extensions": { NAME: { "glossinessFactor": value } } }));
+    for (operation, images) in [
+        (json!({ "op": "rename", "material": 0, "name": "brass" }), 0),
+        (set(json!({ "doubleSided": true, "emissiveFactor": [0.5, 0, 0] })), 0),
+        // No one sees what the extension takes the place of.
+        (set(json!({ "pbrMetallicRoughness": { "metallicFactor": 0.25, "baseColorTexture": { "index": 0 } } })), 0),
+        (json!({ "op": "duplicate_material", "material": 0 }), 0),
+        (glossiness(0.25), 2),
+        // What it was stands beside it, in the copy.
+        (glossiness(0.5), 0),
+        (set(json!({ "extensions": { NAME: null } })), 1),
+    ] {
+        let parsed = Operation::parse(&operation.to_string()).expect("an operation");
+        session.run(&mut scene, &parsed).expect("carried out");
+        let changes = scene.change_log().take(&mut cursor).expect("kept");
+        let (batch, _) = derived.sync(&scene, &Pose::default(), &changes).expect("followed");
+        assert_eq!(batch.images.len(), images, "{operation}");
+        derived.check(&scene).unwrap_or_else(|e| panic!("{operation}: {e}"));
+    }
 }

@@ -55,7 +55,9 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         }
     }
     let view = camera::select(&loaded, args)?;
+    let environment_start = Instant::now();
     let environment = environment::select(&loaded, args, common.max_memory() / 2)?;
+    let environment_time = environment_start.elapsed();
     let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
 
     let mut backend = open(args.backend, args.device.as_deref(), args.validate)?;
@@ -80,7 +82,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let Work { progress, spent, .. } = work;
     progress.finish();
     if let Some(path) = &args.stats {
-        let times = Times { upload, applied, total: start.elapsed() };
+        let times = Times { environment: environment_time, upload, applied, total: start.elapsed() };
         write_stats(path, &plan, &loaded, &backend, &times, &spent)?;
     }
     Ok(())
@@ -261,8 +263,14 @@ fn render_share(
     let choices = format!("{:?}", (args.scene, args.variant.as_deref(), moment(args)));
     let settings = settings::hash(&args.file, &loaded.scene, &choices, environment, frame)
         .map_err(|e| Failure::io(&args.file, "read the file", &e))?;
+    // Which processor it is does not matter: the program names its kind. Each device and driver rounds in its own way.
+    let backend = match work.backend.name() {
+        "cpu" => "cpu".to_owned(),
+        name => format!("{name} on {}", work.backend.device()),
+    };
     let header = Header {
         program: settings::program(),
+        backend,
         width: plan.width,
         height: plan.height,
         tile: [x, y, width, height],
@@ -293,6 +301,7 @@ fn render_share(
 }
 
 struct Times {
+    environment: Duration,
     upload: Duration,
     applied: ApplyReport,
     total: Duration,
@@ -318,6 +327,7 @@ fn write_stats(
         "samples": spent.samples,
         "load_s": loaded.load_time.as_secs_f64(),
         "derive_s": loaded.derive_time.as_secs_f64(),
+        "environment_s": times.environment.as_secs_f64(),
         "upload_s": times.upload.saturating_sub(structures).as_secs_f64(),
         "blas_s": times.applied.blas_time.as_secs_f64(),
         "tlas_s": times.applied.tlas_time.as_secs_f64(),

@@ -57,6 +57,7 @@ fn same_rendering(share: &Share, first: &Share) -> Result<(), ShareError> {
     let (a, b) = (&share.header, &first.header);
     let fields = [
         ("program", a.program.clone(), b.program.clone()),
+        ("backend", a.backend.clone(), b.backend.clone()),
         ("image width", a.width.to_string(), b.width.to_string()),
         ("image height", a.height.to_string(), b.height.to_string()),
         ("number of samples", a.spp.to_string(), b.spp.to_string()),

@@ -38,7 +38,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 const MAGIC: &[u8; 8] = b"ORTSHARE";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Length of a BLAKE3 hash.
 const HASH: u64 = 32;
 /// No header is longer.
@@ -50,6 +50,8 @@ const MAX_HEADER: u32 = 1 << 20;
 pub struct Header {
     /// The program that rendered it, with its version: another one may sum otherwise.
     pub program: String,
+    /// The backend that rendered it, and on which device where that decides the last bits.
+    pub backend: String,
     /// Columns of the whole image.
     pub width: u32,
     /// Rows of the whole image.

@@ -9,6 +9,7 @@ const SPP: u32 = 40;
 fn header(tile: [u32; 4], samples: [u32; 2]) -> Header {
     Header {
         program: "test 1".into(),
+        backend: "cpu".into(),
         width: WIDTH,
         height: HEIGHT,
         tile,
@@ -95,6 +96,9 @@ fn shares_of_different_renderings_do_not_mix() {
     write_share(&parts[1], &Header { seed: 8, ..header([0, 2, 6, 2], [0, 40]) });
     let error = merge(&parts, u64::MAX).expect_err("another seed").to_string();
     assert!(error.contains("its seed is 8, but"), "{error}");
+    write_share(&parts[1], &Header { backend: "vulkan".into(), ..header([0, 2, 6, 2], [0, 40]) });
+    let error = merge(&parts, u64::MAX).expect_err("another backend").to_string();
+    assert!(error.contains("its backend is vulkan, but"), "{error}");
     write_share(&parts[1], &Header { settings: "xyz".into(), ..header([0, 2, 6, 2], [0, 40]) });
     assert!(matches!(merge(&parts, u64::MAX), Err(ShareError::Foreign { .. })));
 }

@@ -27,7 +27,7 @@ pub use tlas::{TlasPolicy, TlasState};
 
 use super::materials::Materials;
 use super::primitives::PrimitiveTable;
-use super::{DeriveOptions, DerivedScene};
+use super::{DeriveOptions, DerivedScene, material_row};
 use crate::DeriveError;
 use crate::geometry::{GeometryStore, SkinPose};
 use dirty::DirtyRows;
@@ -190,6 +190,10 @@ impl Live {
     ) -> Self {
         let count = |rows: usize| rows as u32;
         let posed = Posed::new(scene, &options.pose);
+        let mut textures = kept.textures;
+        for (id, _) in scene.materials().iter() {
+            textures.note_conversion(id, &posed.material(id), &derived.materials[material_row(Some(id)) as usize]);
+        }
         let tlas = TlasState::built(TlasPolicy::default(), &derived.render_nodes, &derived.mesh_descs);
         Self {
             shown: nodes::shown_scene(scene, options.scene),
@@ -199,7 +203,7 @@ impl Live {
             max_bytes: options.max_bytes,
             tangent_sets: resources::tangent_sets(scene),
             registry: Registry::new(scene, table),
-            textures: kept.textures,
+            textures,
             mean_emission: kept.mean_emission,
             store: GeometryStore::of(&derived.mesh_descs),
             node_spans: SpanAllocator::packed(count(derived.render_nodes.len())),

@@ -175,7 +175,12 @@ impl Sync<'_> {
             self.live.mean_emission.resize(row + 1, Vec3::ONE);
         }
         let is_there = self.scene.contains(id);
-        let (new, mean) = if is_there { self.material_row(id)? } else { (MaterialRow::DEFAULT, Vec3::ONE) };
+        let (new, mean) = if is_there {
+            self.material_row(id)?
+        } else {
+            self.live.textures.forget(row as u32);
+            (MaterialRow::DEFAULT, Vec3::ONE)
+        };
         let old = std::mem::replace(&mut self.derived.materials[row], new);
         let old_mean = std::mem::replace(&mut self.live.mean_emission[row], mean);
         if !same_bytes(&old, &new) {

@@ -1,16 +1,19 @@
 //! Textures and images that are resident, for materials that change.
 //!
 //! A material that is edited is derived by itself, with textures and images of its own numbering; what of them is resident
-//! already keeps its place. Images are decoded where a texture is new, and for materials whose textures are converted.
+//! already keeps its place. Images are decoded where a texture is new, and where textures of specular and glossiness are
+//! converted anew.
 
 use super::Sync;
 use crate::DeriveError;
+use crate::derived::material_row;
 use crate::derived::materials::{Materials, TextureKey, derive_some, row, uv_transform};
 use crate::textures::{ImageLimits, Levels};
 use glam::Vec3;
 use orthant_resident::batch::{ImageWrite, TextureRow};
 use orthant_resident::rows::{MaterialRow, NONE, TextureSlot};
 use orthant_scene::model::{Material, MaterialId, SpecularGlossiness, TextureInfo};
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Which texture rows show what.
@@ -19,7 +22,34 @@ pub struct TextureTable {
     rows: HashMap<TextureKey, u32>,
     /// Mean colours of the textures that emit.
     means: HashMap<u32, Vec3>,
+    /// By material row: what has been made of specular and glossiness.
+    converted: HashMap<u32, Converted>,
     images: u32,
+}
+
+/// A material given by specular and glossiness, and what stands for it. Converting textures costs their texels, so an edit of
+/// something else leaves it.
+#[derive(Clone, Debug)]
+struct Converted {
+    given: SpecularGlossiness,
+    base_color: [f32; 4],
+    metallic: f32,
+    roughness: f32,
+    base_color_texture: TextureSlot,
+    metallic_roughness_texture: TextureSlot,
+}
+
+impl Converted {
+    fn of(given: SpecularGlossiness, row: &MaterialRow) -> Self {
+        let &MaterialRow { base_color, metallic, roughness, base_color_texture, metallic_roughness_texture, .. } = row;
+        Self { given, base_color, metallic, roughness, base_color_texture, metallic_roughness_texture }
+    }
+
+    fn write(&self, row: &mut MaterialRow) {
+        (row.base_color, row.metallic, row.roughness) = (self.base_color, self.metallic, self.roughness);
+        row.base_color_texture = self.base_color_texture;
+        row.metallic_roughness_texture = self.metallic_roughness_texture;
+    }
 }
 
 impl TextureTable {
@@ -36,6 +66,24 @@ impl TextureTable {
             table.note_mean(row, mean);
         }
         table
+    }
+
+    /// Keeps what a row, complete, shows of a material that is given by specular and glossiness.
+    pub fn note_conversion(&mut self, id: MaterialId, material: &Material, row: &MaterialRow) {
+        if let Some(given) = SpecularGlossiness::of(material) {
+            self.converted.insert(material_row(Some(id)), Converted::of(given, row));
+        }
+    }
+
+    /// Forgets a material that has gone.
+    pub fn forget(&mut self, material_row: u32) {
+        self.converted.remove(&material_row);
+    }
+
+    /// What stands for a specular and glossiness: the material's own, or that of another one alike.
+    fn conversion(&self, id: MaterialId, given: &SpecularGlossiness) -> Option<&Converted> {
+        let own = self.converted.get(&material_row(Some(id))).filter(|made| made.given == *given);
+        own.or_else(|| self.converted.values().find(|made| made.given == *given))
     }
 
     /// Slots of the image table that have been given away.
@@ -66,8 +114,9 @@ impl Sync<'_> {
     /// A material's row, and the mean of its emissive texture.
     pub(super) fn material_row(&mut self, id: MaterialId) -> Result<(MaterialRow, Vec3), DeriveError> {
         let material = self.posed.material(id);
-        if let Some(found) = self.resident_row(id, &material) {
-            return Ok(found);
+        if let Some((row, mean)) = self.resident_row(id, &material) {
+            self.live.textures.note_conversion(id, &material, &row);
+            return Ok((row, mean));
         }
         let limits = ImageLimits { max_bytes: self.live.max_bytes, levels: Levels::All };
         let limits = self.live.images.then_some(limits);
@@ -87,21 +136,35 @@ impl Sync<'_> {
             }
         }
         self.live.textures.note_mean(&row, mean);
+        self.live.textures.note_conversion(id, &material, &row);
         Ok((row, mean))
     }
 
-    /// The row of a material all of whose textures are resident.
+    /// The row of a material all of whose textures are resident, those among them that were made of others.
     fn resident_row(&self, id: MaterialId, material: &Material) -> Option<(MaterialRow, Vec3)> {
         let table = &self.live.textures;
-        let mut is_missing = SpecularGlossiness::of(material).is_some();
         let index = orthant_scene::model::Store::<_, ()>::slot(id) as u32;
-        let row = row(material, index, |info, srgb| match info {
+        let mut material = Cow::Borrowed(material);
+        let converted = match SpecularGlossiness::of(&material) {
+            Some(given) => {
+                // Not shown: they are for programs that do not know the extension.
+                let material = material.to_mut();
+                (material.base_color_texture, material.metallic_roughness_texture) = (None, None);
+                Some(table.conversion(id, &given)?)
+            }
+            None => None,
+        };
+        let mut is_missing = false;
+        let mut row = row(&material, index, |info, srgb| match info {
             Some(info) if self.live.images => table.slot(info, srgb).unwrap_or_else(|| {
                 is_missing = true;
                 TextureSlot::NONE
             }),
             _ => TextureSlot::NONE,
         });
+        if let Some(converted) = converted {
+            converted.write(&mut row);
+        }
         let mean = match row.emissive_texture.texture {
             NONE => Vec3::ONE,
             texture => *table.means.get(&texture)?,
