@@ -38,6 +38,15 @@ fn one_of<T: Copy>(things: [T; 3], choice: u32) -> T {
     things[choice as usize % 3]
 }
 
+/// Spheres are seldom: each full derivation that a scene is compared with builds all of their triangles anew.
+fn shape(choice: u32) -> Shape {
+    match choice % 16 {
+        0 => Shape::Sphere,
+        1..=8 => Shape::Cube,
+        _ => Shape::Plane,
+    }
+}
+
 /// The operation of a choice. Some are refused: these have to change nothing.
 pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
     let pick = |kind: Kind, choice: u32| {
@@ -68,7 +77,7 @@ pub fn operation(scene: &Scene, (op, a, b, c): Choice) -> Operation {
             label: None,
         },
         6 => Operation::AddShape {
-            shape: one_of([Shape::Plane, Shape::Cube, Shape::Sphere], c),
+            shape: shape(c),
             parent: maybe(Kind::Node, a),
             material: maybe(Kind::Material, b),
             label: None,
