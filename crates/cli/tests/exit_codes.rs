@@ -75,6 +75,22 @@ fn what_is_not_built_is_4() {
 }
 
 #[test]
+fn a_device_has_to_be_named_by_something() {
+    let (_guard, f) = folder_with_box();
+    std::fs::write(f.join("ops.jsonl"), "").expect("a script");
+    for command in [
+        &["render", "box.glb", "-o", "x.png", "--device", ""][..],
+        &["edit", "box.glb", "--ops", "ops.jsonl", "--device", " "],
+        &["bench", "edit", "--device", ""],
+    ] {
+        fail(&f, command, 2, &["--device"]);
+    }
+    let edit = ["edit", "box.glb", "--ops", "ops.jsonl", "--backend"];
+    fail(&f, &[&edit[..], &["auto", "--device", "no such card"]].concat(), 4, &["devices"]);
+    fail(&f, &[&edit[..], &["vulkan", "--device", "cpu"]].concat(), 4, &["Vulkan backend"]);
+}
+
+#[test]
 fn a_machine_without_a_vulkan_driver_renders_on_the_cpu_and_says_so_where_vulkan_is_asked_for() {
     let (_guard, f) = folder_with_box();
     let render = |backend: &str| {

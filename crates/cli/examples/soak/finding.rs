@@ -2,6 +2,7 @@
 
 use crate::minimise::minimise;
 use crate::sequence::{Finding, Source};
+use orthant::args::BackendArg;
 use orthant_scene::edit::script::Operation;
 use std::path::Path;
 
@@ -25,7 +26,12 @@ pub fn keep(source: &Source, script: &Path, finding: Finding) -> std::io::Result
         "orthant edit {} --ops {} --verify --keep-going{}",
         source.path.display(),
         script.display(),
-        if source.with_backend { " --backend cpu" } else { "" }
+        match source.backend {
+            None => "",
+            Some(BackendArg::Auto) => " --backend auto",
+            Some(BackendArg::Cpu) => " --backend cpu",
+            Some(BackendArg::Vulkan) => " --backend vulkan",
+        }
     );
     Ok(Replay { what, operations: shorter.len(), command })
 }

@@ -1,7 +1,7 @@
 //! `cargo run -p orthant --example soak`: long random edit sequences, followed and compared with full derivations.
 //!
 //! Each sequence begins with a scene as it was loaded and makes random edits, undos and redos. The derived scene follows
-//! each; after every edit (every k-th in a large scene) it is compared with a full derivation, and with `--backend cpu` so
+//! each; after every edit (every k-th in a large scene) it is compared with a full derivation, and with `--backend` so
 //! are the rows that the backend has, and the hits of random rays. At the end everything is undone, and the export has to
 //! be what it was.
 //!
@@ -17,6 +17,7 @@ mod scenes;
 mod sequence;
 
 use clap::Parser;
+use orthant::args::BackendArg;
 use orthant::failure::{Exit, Failure};
 use orthant_scene::Scene;
 use orthant_scene::edit::script::Operation;
@@ -52,7 +53,7 @@ struct Args {
     /// A scene, instead of the six of the tests; may be given several times
     #[arg(long, value_name = "FILE")]
     scene: Vec<PathBuf>,
-    /// Keep the CPU backend up to date as well, and compare its rows and the hits of rays
+    /// Keep a backend up to date as well, and compare its rows and the hits of rays
     #[arg(long, value_enum)]
     backend: Option<BackendArg>,
     /// Compare after every N-th edit [default: every one in a small scene, fewer in a large one]
@@ -70,12 +71,6 @@ struct Args {
     /// Where scripts of failures go
     #[arg(long, value_name = "FOLDER", default_value = "soak-findings")]
     findings: PathBuf,
-}
-
-#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
-enum BackendArg {
-    /// All cores of this machine
-    Cpu,
 }
 
 fn main() -> ExitCode {
@@ -162,7 +157,7 @@ fn sources(args: &Args) -> Result<Vec<Source>, Failure> {
         let scene = imported.map_err(|e| Failure::new(Exit::BadInput, e.to_string()))?.scene;
         let name = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         let merged = all.iter().filter_map(|path| std::path::absolute(path).ok()).collect();
-        let source = Source::new(name, path, scene, merged, args.backend.is_some(), args.every)?;
+        let source = Source::new(name, path, scene, merged, args.backend, args.every)?;
         println!("{source}");
         Ok(source)
     };

@@ -1,6 +1,8 @@
 //! One random sequence.
 
+use orthant::args::BackendArg;
 use orthant::failure::Failure;
+use orthant::job::backend::open;
 use orthant::live::{Live, Stopped};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
@@ -21,7 +23,8 @@ pub struct Source {
     pub name: String,
     pub path: PathBuf,
     pub scene: Scene,
-    pub with_backend: bool,
+    /// The backend that follows, if one does.
+    pub backend: Option<BackendArg>,
     /// Files that sequences merge now and then.
     merged: Vec<String>,
     every: usize,
@@ -34,7 +37,7 @@ impl Source {
         path: PathBuf,
         scene: Scene,
         merged: Vec<PathBuf>,
-        with_backend: bool,
+        backend: Option<BackendArg>,
         every: Option<usize>,
     ) -> Result<Self, Failure> {
         let options = DeriveOptions { images: false, ..DeriveOptions::default() };
@@ -44,7 +47,7 @@ impl Source {
         let every = every.unwrap_or(rows.div_ceil(ROWS_PER_EDIT)).max(1);
         let merged = merged.iter().map(|path| path.display().to_string()).collect();
         let most_nodes = (2 * scene.count(Kind::Node)).max(200);
-        Ok(Self { name, path, scene, with_backend, merged, every, most_nodes })
+        Ok(Self { name, path, scene, backend, merged, every, most_nodes })
     }
 
     /// The scene as it was loaded, with all that follows it.
@@ -54,7 +57,8 @@ impl Source {
         let encoded: usize = images.map(|image| image.data.as_ref().map_or(0, |data| data.len())).sum();
         let options = DeriveOptions { images: encoded < 1 << 16, ..DeriveOptions::default() };
         let session = Session::new(Path::new("."), ImportOptions::default());
-        Live::new(self.scene.clone(), session, options, self.with_backend).map_err(|failure| failure.to_string())
+        let backend = self.backend.map(|backend| open(backend, None, true)).transpose().map_err(|e| e.to_string())?;
+        Live::new(self.scene.clone(), session, options, backend).map_err(|failure| failure.to_string())
     }
 
     /// The operation of a choice: random, but that a scene which has become large shrinks, and an empty one grows.

@@ -116,12 +116,13 @@ pub struct MergeArgs {
 The script has one JSON object a line, such as {\"op\": \"set_transform\", \"node\": 3, \"translation\": [0, 1, 0]}. \
 Operations: set_transform, add_node, add_shape, add_light, delete, duplicate, reparent, rename, set_visible, set_mesh, \
 set_camera, set_skin, assign_material, duplicate_material, set_material, set_light, set_camera_params, split_mesh, \
-merge_mesh, select_variant, merge_scene, remove_unused, undo, redo. A reference is an index of the loaded file, \
+merge_mesh, select_variant, merge_scene, remove_unused, undo, redo, set_time. A reference is an index of the loaded file, \
 \"name:TEXT\" (first of that name), or \"$label\", set by an earlier operation's \"as\".
 
 Examples:
   orthant edit city.glb --ops script.jsonl -o new.glb
-  orthant edit city.glb --ops script.jsonl --report report.jsonl --verify --backend cpu")]
+  orthant edit city.glb --ops script.jsonl --report report.jsonl --verify --backend cpu
+  orthant edit city.glb --ops script.jsonl --report report.jsonl --backend vulkan --device 1")]
 pub struct EditArgs {
     /// The scene: .gltf, .glb, .obj or .crts
     pub scene: PathBuf,
@@ -134,7 +135,8 @@ pub struct EditArgs {
     /// What each operation cost, one JSON object a line [default: stdout, if there is no output either]
     #[arg(long, value_name = "FILE.jsonl")]
     pub report: Option<PathBuf>,
-    /// Compare the incremental state with a full derivation after every operation; exit code 5 at the first difference
+    /// Compare the incremental state with a full derivation after every operation, and what is resident with what a load
+    /// makes resident; exit code 5 at the first difference
     #[arg(long)]
     pub verify: bool,
     /// Leave refused operations out instead of ending
@@ -143,6 +145,9 @@ pub struct EditArgs {
     /// Keep a backend up to date as well
     #[arg(long, value_enum)]
     pub backend: Option<BackendArg>,
+    /// Which device of it, as `orthant devices` lists them: its number or a part of its name; alone it takes any backend
+    #[arg(long, value_name = "INDEX|NAME", value_parser = values::device)]
+    pub device: Option<String>,
     /// Let the scene refer to files outside its own folder tree
     #[arg(long)]
     pub allow_external_files: bool,
@@ -272,7 +277,7 @@ pub struct BenchArgs {
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
     /// The device, by its number in `orthant devices` or a part of its name, for `render` and `edit`
-    #[arg(long, value_name = "INDEX|NAME")]
+    #[arg(long, value_name = "INDEX|NAME", value_parser = values::device)]
     pub device: Option<String>,
     /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]

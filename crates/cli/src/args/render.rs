@@ -142,8 +142,8 @@ pub struct RenderArgs {
     /// What renders
     #[arg(long, value_enum, default_value_t = BackendArg::Auto, help_heading = "Rendering")]
     pub backend: BackendArg,
-    /// Which device of it, as `orthant devices` lists them
-    #[arg(long, value_name = "INDEX|NAME", help_heading = "Rendering")]
+    /// Which device of it, as `orthant devices` lists them: its number or a part of its name
+    #[arg(long, value_name = "INDEX|NAME", value_parser = super::values::device, help_heading = "Rendering")]
     pub device: Option<String>,
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0, help_heading = "Rendering")]
@@ -187,11 +187,11 @@ impl std::str::FromStr for EnvArg {
 /// `--backend`
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BackendArg {
-    /// The best that there is: the CPU
+    /// Vulkan where there is a GPU that can trace rays, else the CPU
     Auto,
     /// The CPU
     Cpu,
-    /// Vulkan ray tracing (not built yet: exit code 4)
+    /// Vulkan ray tracing; exit code 4 where no device can
     Vulkan,
 }
 

@@ -172,6 +172,18 @@ impl FromStr for Threshold {
     }
 }
 
+/// `--device`: a number or a name, and no empty text, which is a part of every name.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn device(text: &str) -> Result<String, String> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Err("expected a number or a name that `orthant devices` lists".into());
+    }
+    Ok(text.to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

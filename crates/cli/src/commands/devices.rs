@@ -7,13 +7,23 @@ use crate::output::{print, print_json};
 use orthant_vulkan::device::DeviceInfo;
 use serde_json::{Value, json};
 
-/// What `--device` names: by the number that `orthant devices` prints, or a part of the name.
+/// What `--device` names: by the number that `orthant devices` prints, the name, or a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// Number 0.
     Cpu,
     /// The others: the number among Vulkan's devices.
     Vulkan(usize),
+}
+
+impl Choice {
+    /// The number that `orthant devices` prints.
+    fn number(self) -> usize {
+        match self {
+            Self::Cpu => 0,
+            Self::Vulkan(index) => index + 1,
+        }
+    }
 }
 
 fn cpu_name() -> String {
@@ -23,26 +33,48 @@ fn cpu_name() -> String {
 /// The device that is named, of the backend that is asked for.
 ///
 /// # Errors
-/// If there is none.
+/// If there is none (missing), or the name is that of several (usage).
 pub fn choose(asked: &str, backend: BackendArg) -> Result<Choice, Failure> {
+    let mut all = Vec::new();
+    if backend != BackendArg::Vulkan {
+        all.push((Choice::Cpu, cpu_name()));
+    }
+    if backend != BackendArg::Cpu {
+        let vulkan = orthant_vulkan::device::list().unwrap_or_default();
+        all.extend(vulkan.into_iter().map(|d| (Choice::Vulkan(d.index), d.name)));
+    }
+    match named(asked, &all).as_slice() {
+        [found] => Ok(found.0),
+        [] => {
+            let of = match backend {
+                BackendArg::Auto => "",
+                BackendArg::Cpu => " of the CPU backend",
+                BackendArg::Vulkan => " of the Vulkan backend",
+            };
+            Err(Failure::missing(format!("there is no device {asked:?}{of}: `orthant devices` lists what there is")))
+        }
+        several => {
+            let list: Vec<String> = several.iter().map(|(d, name)| format!("{} {name}", d.number())).collect();
+            let what = format!("--device {asked}: several devices have that in their name: {}", list.join(", "));
+            Err(Failure::usage(what).remedy("say which by its number"))
+        }
+    }
+}
+
+/// The devices that a text names: by number the one, by name the one, or those of which it is a part of the name. The CPU is
+/// also called so.
+fn named<'d>(asked: &str, all: &'d [(Choice, String)]) -> Vec<&'d (Choice, String)> {
+    if let Ok(number) = asked.parse::<usize>() {
+        return all.iter().filter(|(device, _)| device.number() == number).collect();
+    }
     let wanted = asked.to_lowercase();
-    let vulkan =
-        if backend == BackendArg::Cpu { Vec::new() } else { orthant_vulkan::device::list().unwrap_or_default() };
-    let takes_cpu = backend != BackendArg::Vulkan;
-    let found = match asked.parse::<usize>() {
-        Ok(0) if takes_cpu => Some(Choice::Cpu),
-        Ok(number) => number.checked_sub(1).filter(|&index| index < vulkan.len()).map(Choice::Vulkan),
-        Err(_) if takes_cpu && (wanted == "cpu" || cpu_name().to_lowercase().contains(&wanted)) => Some(Choice::Cpu),
-        Err(_) => vulkan.iter().find(|d| d.name.to_lowercase().contains(&wanted)).map(|d| Choice::Vulkan(d.index)),
-    };
-    found.ok_or_else(|| {
-        let of = match backend {
-            BackendArg::Auto => "",
-            BackendArg::Cpu => " of the CPU backend",
-            BackendArg::Vulkan => " of the Vulkan backend",
-        };
-        Failure::missing(format!("there is no device {asked:?}{of}: `orthant devices` lists what there is"))
-    })
+    let is_it =
+        |(device, name): &&(Choice, String)| name.to_lowercase() == wanted || *device == Choice::Cpu && wanted == "cpu";
+    let exact: Vec<_> = all.iter().filter(is_it).collect();
+    if !exact.is_empty() {
+        return exact;
+    }
+    all.iter().filter(|(_, name)| name.to_lowercase().contains(&wanted)).collect()
 }
 
 /// Prints the devices.
@@ -100,4 +132,27 @@ fn features(d: &DeviceInfo) -> Vec<&'static str> {
 fn row(d: &DeviceInfo) -> Value {
     json!({ "index": d.index + 1, "backend": "vulkan", "name": d.name, "kind": d.kind, "api": d.api, "driver": d.driver,
         "memory_bytes": d.memory, "features": features(d), "unfit": d.unfit })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exact_name_wins_and_a_part_of_several_names_all_of_them() {
+        let name = |text: &str| text.to_owned();
+        let all = [
+            (Choice::Cpu, name("Some CPU 9000")),
+            (Choice::Vulkan(0), name("Some GPU")),
+            (Choice::Vulkan(1), name("Some GPU Ti")),
+            (Choice::Vulkan(2), name("Some GPU Ti")),
+        ];
+        let numbers = |asked: &str| named(asked, &all).iter().map(|(d, _)| d.number()).collect::<Vec<_>>();
+        assert_eq!(numbers("some gpu"), [1]);
+        assert_eq!(numbers("GPU"), [1, 2, 3]);
+        assert_eq!(numbers("some gpu ti"), [2, 3]);
+        assert_eq!(numbers("cpu"), [0]);
+        assert_eq!(numbers("cpu 9"), [0]);
+        assert_eq!((numbers("2"), numbers("7"), numbers("nothing")), (vec![2], Vec::new(), Vec::new()));
+    }
 }

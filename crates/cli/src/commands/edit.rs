@@ -3,6 +3,7 @@
 use crate::args::{BackendArg, Common, EditArgs};
 use crate::commands::convert::export_failure;
 use crate::failure::{Exit, Failure};
+use crate::job::backend::open;
 use crate::live::{Followed, Live, Stopped};
 use crate::output::{Named, check_not_read, check_outputs, print, write_atomically};
 use orthant_render::DeriveOptions;
@@ -26,9 +27,6 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     {
         let what = format!("{}: the extension says no format that can be written", output.display());
         return Err(Failure::usage(what).remedy("use .gltf, .glb, .obj or .crts"));
-    }
-    if args.backend == Some(BackendArg::Vulkan) {
-        return Err(Failure::missing("--backend vulkan: this build renders on the CPU").remedy("use --backend cpu"));
     }
     let output = args.output.as_deref().map(|path| ("-o", path));
     let report = args.report.as_deref().map(|path| ("--report", path));
@@ -119,7 +117,10 @@ struct Editor {
 impl Editor {
     fn new(scene: Scene, args: &EditArgs, session: Session, max_bytes: u64) -> Result<Self, Failure> {
         let options = DeriveOptions { max_bytes, ..DeriveOptions::default() };
-        let live = Live::new(scene, session, options, args.backend.is_some());
+        // A device that is named follows, whatever it is.
+        let asked = args.backend.or(args.device.is_some().then_some(BackendArg::Auto));
+        let backend = asked.map(|asked| open(asked, args.device.as_deref(), args.verify)).transpose()?;
+        let live = Live::new(scene, session, options, backend);
         Ok(Self { live: live.map_err(|failure| failure.in_file(&args.scene))?, verify: args.verify, done: 0 })
     }
 
@@ -143,7 +144,7 @@ impl Editor {
         Ok(self.entry(&operation, &followed, edit_time))
     }
 
-    fn check(&self) -> Result<(), Failure> {
+    fn check(&mut self) -> Result<(), Failure> {
         let failed = |what| Failure::new(Exit::CheckFailed, format!("--verify: {what}"));
         self.live.check(self.done).map(|_| ()).map_err(failed)
     }

@@ -1,10 +1,50 @@
 //! Resident geometry, stream by stream, against that of a full derivation.
 
-use super::rays::Side;
 use glam::Vec3;
 use orthant_cpu::ResidentScene;
-use orthant_resident::rows::{EmitterTriangle, MeshDesc, MeshFlags, NONE, VertexRow, decode_normal, decode_tangent};
+use orthant_render::DerivedScene;
+use orthant_resident::rows::{
+    EmitterTriangle, MeshDesc, MeshFlags, NONE, RenderNodeRow, VertexRow, decode_normal, decode_tangent,
+};
+use orthant_vulkan::ResidentRows;
 use std::collections::HashSet;
+
+/// The geometry that a backend has: in memory, or read back from a device.
+#[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "the names are those of SceneBatch")]
+pub struct Geometry<'s> {
+    pub render_nodes: &'s [RenderNodeRow],
+    pub mesh_descs: &'s [MeshDesc],
+    pub positions: &'s [[f32; 3]],
+    pub vertices: &'s [VertexRow],
+    pub indices: &'s [u32],
+    pub tangents: &'s [u32],
+    pub emitter_triangles: &'s [EmitterTriangle],
+}
+
+/// What was derived, and what geometry is resident of it.
+pub type Side<'s> = (&'s DerivedScene, Geometry<'s>);
+
+macro_rules! geometry_of {
+    ($resident:ty) => {
+        impl<'s> From<&'s $resident> for Geometry<'s> {
+            fn from(scene: &'s $resident) -> Self {
+                Self {
+                    render_nodes: &scene.render_nodes,
+                    mesh_descs: &scene.mesh_descs,
+                    positions: &scene.positions,
+                    vertices: &scene.vertices,
+                    indices: &scene.indices,
+                    tangents: &scene.tangents,
+                    emitter_triangles: &scene.emitter_triangles,
+                }
+            }
+        }
+    };
+}
+
+geometry_of!(ResidentScene);
+geometry_of!(ResidentRows);
 
 /// How far vertices of what is deformed may be apart, relative to the size of their mesh: poses are followed up to rounding.
 const TOLERANCE: f32 = 1e-4;
@@ -23,7 +63,7 @@ pub fn compare(synced: Side<'_>, fresh: Side<'_>) -> Result<(), String> {
         for (a, b) in rows(synced).zip(rows(fresh)) {
             let primitive = |side: Side<'_>, row: u32| side.1.render_nodes[row as usize].primitive;
             if seen.insert((primitive(synced, a), primitive(fresh, b))) {
-                compare_one(&Streams::of(synced.1, a), &Streams::of(fresh.1, b))
+                compare_one(&Streams::of(&synced.1, a), &Streams::of(&fresh.1, b))
                     .map_err(|what| format!("{:?}: render node {}: {what}", node.node, b - rows(fresh).start))?;
             }
         }
@@ -44,18 +84,18 @@ struct Streams<'s> {
 }
 
 impl<'s> Streams<'s> {
-    fn of(scene: &'s ResidentScene, row: u32) -> Self {
+    fn of(scene: &Geometry<'s>, row: u32) -> Self {
         let desc = &scene.mesh_descs[scene.render_nodes[row as usize].primitive as usize];
         fn part<T>(rows: &[T], first: u32, count: u32) -> &[T] {
             if first == NONE || count == 0 { &[] } else { &rows[first as usize..(first + count) as usize] }
         }
         Self {
             desc,
-            positions: part(&scene.positions, desc.first_vertex, desc.vertex_count),
-            vertices: part(&scene.vertices, desc.first_vertex, desc.vertex_count),
-            indices: part(&scene.indices, desc.first_index, desc.index_count),
-            tangents: part(&scene.tangents, desc.first_tangent, desc.index_count),
-            areas: part(&scene.emitter_triangles, desc.first_emitter_triangle, desc.triangle_count()),
+            positions: part(scene.positions, desc.first_vertex, desc.vertex_count),
+            vertices: part(scene.vertices, desc.first_vertex, desc.vertex_count),
+            indices: part(scene.indices, desc.first_index, desc.index_count),
+            tangents: part(scene.tangents, desc.first_tangent, desc.index_count),
+            areas: part(scene.emitter_triangles, desc.first_emitter_triangle, desc.triangle_count()),
         }
     }
 }

@@ -1,23 +1,26 @@
 //! A scene that stays alive: the document and its history, the derived scene that follows each edit, the backend that follows
 //! that, and how all of them are compared.
 //!
-//! `orthant edit` runs scripts on it; the tests of editing and the soak run random operations. [`geometry`] and [`rays`] compare
-//! what is resident with what a full derivation makes resident.
+//! `orthant edit` runs scripts on it; the tests of editing and the soak run random operations. [`geometry`], [`rays`] and
+//! [`aovs`] compare what is resident with what a full derivation makes resident; [`aim`] says where they look.
 
+pub mod aim;
+pub mod aovs;
 mod check;
 pub mod geometry;
 pub mod rays;
 
 use crate::failure::{Exit, Failure};
-use orthant_cpu::CpuBackend;
+use crate::job::backend::{AnyBackend, backend_failure};
 use orthant_render::derived::sync::SyncReport;
 use orthant_render::{DeriveOptions, DerivedScene};
+use orthant_resident::SceneBatch;
 use orthant_resident::compare::Touched;
-use orthant_resident::{Backend, SceneBatch};
 use orthant_scene::Scene;
 use orthant_scene::animation::{AnimationPlayer, Pose};
 use orthant_scene::edit::Cursor;
 use orthant_scene::edit::script::{Operation, Outcome, Session};
+use orthant_vulkan::VulkanBackend;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
@@ -53,7 +56,9 @@ pub struct Live {
     /// What was derived from it.
     pub derived: DerivedScene,
     /// The backend, if one follows too.
-    pub backend: Option<CpuBackend>,
+    pub backend: Option<AnyBackend>,
+    /// On a device, what is loaded from full derivations to be compared with; opened by the first comparison.
+    loaded: Option<Box<VulkanBackend>>,
     /// The overlay of `set_time`. It is not part of the document, and not saved.
     pub pose: Pose,
     cursor: Cursor,
@@ -69,30 +74,44 @@ pub struct Live {
 }
 
 impl Live {
-    /// Derives the scene, and loads a backend with it. `options` is made live; its pose is the rest pose until a time is set.
+    /// Derives the scene, and loads a backend with it, if one is to follow. `options` is made live; its pose is the rest pose
+    /// until a time is set.
     ///
     /// # Errors
-    /// If it cannot be derived (bad input), or the backend refuses it (internal).
+    /// If it cannot be derived (bad input), or the backend refuses it: the device has no room for it (missing), or a fault of
+    /// the program (internal).
     pub fn new(
         mut scene: Scene,
         session: Session,
         options: DeriveOptions,
-        with_backend: bool,
+        mut backend: Option<AnyBackend>,
     ) -> Result<Self, Failure> {
         scene.prepare_edits();
         let options = DeriveOptions { live: true, ..options };
         let mut derived = DerivedScene::derive(&scene, &options)
             .map_err(|e| Failure::new(Exit::BadInput, e.what).at(e.place).remedy(e.remedy))?;
-        let mut backend = with_backend.then(CpuBackend::new);
         let batch = derived.load_batch();
         if let Some(backend) = &mut backend {
-            backend.apply(batch).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+            backend.apply(batch).map_err(backend_failure)?;
         }
         let cursor = scene.change_log().cursor();
         let player = AnimationPlayer::new(options.max_bytes);
         let pose = options.pose;
         let (notes, said, looked_at, pose_before) = (Vec::new(), HashSet::new(), 0, None);
-        Ok(Self { scene, session, derived, backend, pose, cursor, player, notes, said, looked_at, pose_before })
+        Ok(Self {
+            scene,
+            session,
+            derived,
+            backend,
+            loaded: None,
+            pose,
+            cursor,
+            player,
+            notes,
+            said,
+            looked_at,
+            pose_before,
+        })
     }
 
     /// Carries an operation out on the document, or sets the time. What follows the document does not follow yet: edits that
@@ -181,7 +200,7 @@ impl Live {
     fn apply(&mut self, batch: SceneBatch) -> Result<Option<Touched>, Failure> {
         let Some(backend) = &mut self.backend else { return Ok(None) };
         let touched = cfg!(debug_assertions).then(|| Touched::of(&batch));
-        backend.apply(batch).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+        backend.apply(batch).map_err(backend_failure)?;
         Ok(touched)
     }
 

@@ -1,12 +1,11 @@
 //! The hits of random rays in a scene that has followed edits, and in one that was loaded.
 
-use glam::{DVec3, Vec3};
+use super::aim::{Aim, Targets, world_triangle};
+use super::geometry::Geometry;
+use glam::Vec3;
 use orthant_cpu::{Hit, Ray, ResidentScene};
 use orthant_render::DerivedScene;
-use orthant_resident::extent::Extent;
-use orthant_resident::rows::{NodeFlags, RenderNodeRow};
-use orthant_resident::slot_tree::Join;
-use orthant_scene::edit::random::{Choice, Choices};
+use orthant_scene::edit::random::Choices;
 use orthant_scene::model::NodeId;
 
 /// Rays of one comparison.
@@ -28,55 +27,17 @@ pub type Side<'s> = (&'s DerivedScene, &'s ResidentScene);
 /// # Errors
 /// The first ray that hits something else.
 pub fn compare(synced: Side<'_>, fresh: Side<'_>, seed: u64) -> Result<u64, String> {
-    let is_visible = |row: &RenderNodeRow| row.flags & NodeFlags::VISIBLE != 0;
-    let rows = &fresh.1.render_nodes;
-    let targets: Vec<u32> = (0..rows.len() as u32).filter(|&i| is_visible(&rows[i as usize])).collect();
-    if targets.is_empty() {
-        return Ok(0);
-    }
-    let extent =
-        rows.iter().map(|row| Extent::of_instance(row, &fresh.1.mesh_descs)).fold(Extent::NOTHING, Extent::join);
+    let targets = Targets::of(Geometry::from(fresh.1));
     let is_same_origin = synced.0.origin == fresh.0.origin;
     let mut hits = 0;
     for (i, choice) in Choices(seed).take(RAYS).enumerate() {
-        let aimed = if i % ACROSS == 0 { across(&extent, choice) } else { at_triangle(fresh.1, &targets, choice) };
-        let Some((ray, size)) = aimed else { continue };
+        let aimed = if i % ACROSS == 0 { targets.across(choice) } else { targets.at_triangle(choice) };
+        let Some(Aim { from, direction, size, .. }) = aimed else { continue };
+        let ray = Ray::new(from.as_vec3(), direction.as_vec3());
         let seen = if is_same_origin { same(synced, fresh, &ray) } else { agree(synced, fresh, &ray, size) };
         hits += u64::from(seen.map_err(|what| format!("{ray:?}: {what}"))?);
     }
     Ok(hits)
-}
-
-fn unit(bits: u32) -> f64 {
-    f64::from(bits) / f64::from(u32::MAX)
-}
-
-fn direction(bits: u32) -> DVec3 {
-    let direction = [bits, bits.rotate_left(11), bits.rotate_left(22)].map(|bits| unit(bits) - 0.5);
-    DVec3::from_array(direction).try_normalize().unwrap_or(DVec3::Y)
-}
-
-/// A ray through the whole scene, from outside, and the size of that.
-fn across(extent: &Extent, (_, a, b, c): Choice) -> Option<(Ray, f64)> {
-    let (lower, upper) = (extent.lower.as_dvec3(), extent.upper.as_dvec3());
-    let at = DVec3::new(unit(a), unit(b), unit(c));
-    let (target, size) = (lower + (upper - lower) * at, (upper - lower).length());
-    let direction = direction(a ^ b.rotate_left(7) ^ c.rotate_left(19));
-    let ray = Ray::new((target - direction * size).as_vec3(), direction.as_vec3());
-    (size > 0.0 && ray.origin.is_finite()).then_some((ray, size))
-}
-
-/// A ray at a triangle, and the size of that.
-fn at_triangle(scene: &ResidentScene, rows: &[u32], (op, a, b, c): Choice) -> Option<(Ray, f64)> {
-    let row = rows[a as usize % rows.len()];
-    let count = scene.mesh_descs[scene.render_nodes[row as usize].primitive as usize].triangle_count();
-    let corners = world_triangle(scene, row, b.checked_rem(count)?);
-    let (u, v) = (unit(c), unit(c.rotate_left(16)) * (1.0 - unit(c)));
-    let target = corners[0] + (corners[1] - corners[0]) * u + (corners[2] - corners[0]) * v;
-    let size = (corners[1] - corners[0]).length().max((corners[2] - corners[0]).length());
-    let (direction, away) = (direction(b), size * (0.5 + f64::from(op)));
-    let ray = Ray::new((target - direction * away).as_vec3(), direction.as_vec3());
-    (target.is_finite() && ray.origin.is_finite()).then_some((ray, size))
 }
 
 /// What is hit: a triangle of a render node, which is that of its node which has this place among them.
@@ -179,13 +140,8 @@ fn is_at(fresh: Side<'_>, name: Option<Name>, ray: &Ray, hit: &Hit, slack: f64) 
         return false;
     }
     let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
-    let [a, b, c] = world_triangle(fresh.1, row, name.triangle);
+    let [a, b, c] = world_triangle(&Geometry::from(fresh.1), row, name.triangle);
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let (lower, upper) = (a.min(b).min(c) - slack, a.max(b).max(c) + slack);
     (point - a).dot(normal).abs() <= slack && point.cmpge(lower).all() && point.cmple(upper).all()
-}
-
-fn world_triangle(scene: &ResidentScene, row: u32, triangle: u32) -> [DVec3; 3] {
-    let world = scene.render_nodes[row as usize].world.to_affine();
-    scene.triangle_positions(row, triangle).map(|corner| world.transform_point3(corner.as_dvec3()))
 }

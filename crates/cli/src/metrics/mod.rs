@@ -1,10 +1,12 @@
 //! How far two pictures are apart.
 //!
 //! * [`error`]: RMSE, relative MSE and the largest difference of a channel;
-//! * [`flip`]: what a viewer sees when flipping between the two.
+//! * [`flip`]: what a viewer sees when flipping between the two;
+//! * [`hits`]: whether they show the same things.
 
 pub mod error;
 pub mod flip;
+pub mod hits;
 
 use crate::image_io::{Encoding, Picture};
 

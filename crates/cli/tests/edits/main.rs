@@ -21,6 +21,7 @@ mod scenes;
 mod sequence;
 mod shrink;
 
+use orthant::args::BackendArg;
 use orthant_scene::export::{ExportOptions, gltf::to_glb};
 use orthant_scene::import::{ImportOptions, import_path};
 use sequence::{Source, Tally};
@@ -44,7 +45,8 @@ fn write_scenes(folder: &Path) -> Vec<PathBuf> {
 fn source(files: &[PathBuf], name: &str) -> Source {
     let path = files.iter().find(|path| path.file_stem().is_some_and(|stem| stem == name)).expect("the scene");
     let scene = import_path(path, &ImportOptions::default()).expect("a scene").scene;
-    Source::new(name.to_owned(), path.clone(), scene, files.to_vec(), true, Some(1)).expect("it can be derived")
+    Source::new(name.to_owned(), path.clone(), scene, files.to_vec(), Some(BackendArg::Cpu), Some(1))
+        .expect("it can be derived")
 }
 
 /// Runs the sequences of one scene. The folder stays if one of them fails.

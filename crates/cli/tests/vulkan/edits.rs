@@ -1,9 +1,12 @@
 //! Random edits on the device: after each the rows, streams and TLAS instances, read back, are those of the derived scene; what
-//! went through the staging ring is what the batch says; and now and then the hits are those of a scene that was loaded so.
+//! went through the staging ring is what the batch says; and the AOVs are those of a scene that is loaded so. Edits that are
+//! taken back leave no memory behind.
 
-use crate::{device, frame_of, hits, render, scenes};
+use crate::{device, scenes};
+use orthant::live::aovs;
 use orthant_render::{DeriveOptions, DerivedScene};
-use orthant_resident::{Backend, Environment, SceneBatch};
+use orthant_resident::backend::ResidentBytes;
+use orthant_resident::{Backend, SceneBatch};
 use orthant_scene::Scene;
 use orthant_scene::animation::Pose;
 use orthant_scene::edit::random::{Choices, operation};
@@ -15,8 +18,11 @@ use std::path::Path;
 
 /// Edits over each of the six scenes: 2,004 in all.
 const EDITS: usize = 334;
-/// Edits between two comparisons with a scene that is loaded anew.
-const FRESH: usize = 40;
+/// Edits of a sequence that is taken back as a whole, and how often each of a few sequences is made.
+const SEQUENCE: usize = 100;
+const SEQUENCES: usize = 10;
+/// Rounds of them before the memory is looked at.
+const WARM_UP: usize = 4;
 
 struct Followed<'d> {
     scene: Scene,
@@ -84,22 +90,21 @@ impl Followed<'_> {
         }
     }
 
-    /// What the rays through the centres of pixels hit is what they hit in a scene that is loaded now.
-    fn check_hits(&mut self, fresh: &mut VulkanBackend, what: &str) {
-        let mut derived = DerivedScene::derive(&self.scene, &DeriveOptions::default()).expect("the scene is sound");
-        let Some(frame) = frame_of(&self.scene, &derived, (48, 32), 1) else { return };
+    /// What is seen is what is seen of a scene that is loaded now. How many pixels show something.
+    fn check_pictures(&mut self, fresh: &mut VulkanBackend, seed: u64, what: &str) -> u64 {
+        let mut derived = self.derived.fresh(&self.scene).expect("the scene is sound");
         fresh.clear().expect("the device works");
         fresh.apply(derived.load_batch()).expect("the batch is sound");
-        for backend in [&mut *self.vulkan, &mut *fresh] {
-            backend.set_environment(Environment::constant([1.0; 3])).expect("the environment is sound");
+        let loaded = fresh.read_back().expect("the device works");
+        aovs::compare(self.vulkan, fresh, (&loaded).into(), seed).unwrap_or_else(|e| panic!("{what}: {e}"))
+    }
+
+    /// Takes everything back that the history holds.
+    fn undo_all(&mut self) {
+        let count = self.session.history.done().len();
+        if count > 0 {
+            assert!(self.edit(&Operation::Undo { count }), "{count} edits can be taken back");
         }
-        if derived.origin != self.derived.origin {
-            return;
-        }
-        let films = [render(fresh, &frame), render(self.vulkan, &frame)];
-        let (differ, unexplained, depth) = hits(&films[0], &films[1]);
-        assert!(unexplained == 0, "{what}: {differ} pixels, {unexplained} of them unexplained");
-        assert!(depth <= 1e-4, "{what}: depths differ by {depth}");
     }
 }
 
@@ -120,7 +125,7 @@ fn the_device_follows_random_edits() {
     let (Some(mut vulkan), Some(mut fresh)) = (device(), device()) else { return };
     for (k, (name, scene)) in scenes::all().into_iter().enumerate() {
         let mut followed = Followed::new(scene, &mut vulkan);
-        let mut carried_out = 0;
+        let (mut carried_out, mut seen) = (0, 0);
         for (i, choice) in Choices(k as u64 + 77).take(EDITS).enumerate() {
             let operation = operation(&followed.scene, choice);
             if !followed.edit(&operation) {
@@ -129,11 +134,10 @@ fn the_device_follows_random_edits() {
             carried_out += 1;
             let what = format!("{name}, edit {i}, {operation:?}");
             followed.check(&what);
-            if carried_out % FRESH == 0 {
-                followed.check_hits(&mut fresh, &what);
-            }
+            seen += followed.check_pictures(&mut fresh, i as u64, &what);
         }
         assert!(carried_out * 2 > EDITS, "{name}: most edits are carried out");
+        assert!(seen > 50 * carried_out as u64, "{name}: {seen} pixels show something");
     }
     assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
 }
@@ -193,4 +197,45 @@ fn what_was_loaded_and_dropped_and_edited_leaves_no_memory_behind() {
         cycle(&mut vulkan);
     }
     assert_eq!(settle(&mut vulkan), before);
+}
+
+#[test]
+fn ten_thousand_edits_that_are_taken_back_leave_no_memory_behind() {
+    let Some(mut vulkan) = device() else { return };
+    let (_, scene) = scenes::all().remove(2);
+    let device = vulkan.vulkan_device().clone();
+    let mut followed = Followed::new(scene, &mut vulkan);
+    // The same edits in every round: those that are chosen in the first, over the scene as it is then.
+    let mut sequences: Vec<Vec<Operation>> = Vec::new();
+    let mut round = |followed: &mut Followed<'_>| {
+        let mut carried_out = 0;
+        for k in 0..SEQUENCES {
+            if let Some(sequence) = sequences.get(k) {
+                carried_out += sequence.iter().filter(|operation| followed.edit(operation)).count();
+            } else {
+                let mut sequence = Vec::new();
+                for choice in Choices(k as u64 + 5).take(SEQUENCE) {
+                    sequence.push(operation(&followed.scene, choice));
+                    carried_out += usize::from(followed.edit(&sequence[sequence.len() - 1]));
+                }
+                sequences.push(sequence);
+            }
+            followed.undo_all();
+        }
+        // It waits for all that is in flight, and what that has used is let go.
+        followed.check("after a round");
+        followed.vulkan.read_back().expect("the device works");
+        (device.allocated(), followed.vulkan.resident_bytes(), carried_out)
+    };
+    // Buffers keep the size that the largest scene has needed: a few rounds, and every one has been there.
+    let mut rounds: Vec<_> = (0..WARM_UP).map(|_| round(&mut followed)).collect();
+    let mut carried_out = 0;
+    while carried_out < 10_000 {
+        rounds.push(round(&mut followed));
+        carried_out += rounds[rounds.len() - 1].2;
+    }
+    let allocations = |&((_, count), ..): &((u64, usize), ResidentBytes, usize)| count;
+    assert!(rounds.iter().all(|round| allocations(round) == allocations(&rounds[0])), "{rounds:?}");
+    let (before, after) = (&rounds[WARM_UP - 1], &rounds[rounds.len() - 1]);
+    assert_eq!((before.0, before.1), (after.0, after.1));
 }

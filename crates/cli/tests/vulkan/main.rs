@@ -2,6 +2,7 @@
 //! tests say so, unless `ORTHANT_REQUIRE_VULKAN=1`. The validation layers have nothing to say.
 
 use orthant::job::{LoadOptions, Loaded, environment::lights_itself, load};
+use orthant::metrics::hits::{Hits, hits};
 use orthant_cpu::CpuBackend;
 use orthant_render::DerivedScene;
 use orthant_render::camera::View;
@@ -18,6 +19,7 @@ use std::time::Duration;
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
 mod edits;
+mod live;
 #[path = "../common/mod.rs"]
 mod program;
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -78,10 +80,6 @@ fn render(backend: &mut dyn Backend, frame: &Frame) -> Film {
     backend.read_film(ticket).expect("the film is there")
 }
 
-fn aov(film: &Film, wanted: Aov) -> &[f32] {
-    &film.aovs.iter().find(|(aov, _)| *aov == wanted).expect("it was asked for").1
-}
-
 /// Films of both backends.
 fn films(vulkan: &mut VulkanBackend, path: &Path, size: (u32, u32), samples: u32) -> [Film; 2] {
     let mut loaded = open(path);
@@ -97,36 +95,6 @@ fn films(vulkan: &mut VulkanBackend, path: &Path, size: (u32, u32), samples: u32
     let films = [render(&mut cpu, &frame), render(vulkan, &frame)];
     assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
     films
-}
-
-/// What differs between the hits of two films: pixels whose node, primitive or material is another than in the other film,
-/// those of them that no neighbour explains, and the largest relative difference of depths where both hit the same.
-fn hits(cpu: &Film, vulkan: &Film) -> (usize, usize, f64) {
-    let ids = [Aov::Node, Aov::Primitive, Aov::Material].map(|a| (aov(cpu, a), aov(vulkan, a)));
-    let (depth_c, depth_v) = (aov(cpu, Aov::Depth), aov(vulkan, Aov::Depth));
-    let (w, h) = (cpu.tile.width as i32, cpu.tile.height as i32);
-    let (mut differ, mut unexplained, mut depth) = (0, 0, 0.0f64);
-    for y in 0..h {
-        for x in 0..w {
-            let i = (y * w + x) as usize;
-            if ids.iter().all(|(c, v)| c[i] == v[i]) {
-                if depth_c[i] != depth_v[i] {
-                    depth = depth.max(f64::from((depth_c[i] - depth_v[i]).abs() / depth_c[i].abs()));
-                }
-                continue;
-            }
-            differ += 1;
-            let near = |dx: i32, dy: i32| {
-                let (x, y) = (x + dx, y + dy);
-                let at = (y * w + x) as usize;
-                (0..w).contains(&x) && (0..h).contains(&y) && ids.iter().all(|(c, v)| c[at] == v[i])
-            };
-            let explained = (-1..=1).any(|dx| (-1..=1).any(|dy| near(dx, dy)));
-            let coincident = (depth_c[i] - depth_v[i]).abs() <= 1e-4 * depth_c[i].abs();
-            unexplained += usize::from(!explained && !coincident);
-        }
-    }
-    (differ, unexplained, depth)
 }
 
 /// Relative mean squared error of an image beside another, and the ratio of their means.
@@ -162,7 +130,7 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
         args.extend(["-o", &name]);
         program::succeed(folder.path(), &args);
         let [cpu, gpu] = films(&mut vulkan, &folder.path().join(&name), (64, 48), 16);
-        let (differ, unexplained, depth) = hits(&cpu, &gpu);
+        let Hits { differ, unexplained, depth } = hits(&cpu, &gpu);
         let (error, means) = images(&cpu.resolve(), &gpu.resolve());
         eprintln!(
             "{scene}: {differ} pixels differ, {unexplained} unexplained, depth {depth:.1e}; relative MSE {error:.2e}, means {means:.5}"
@@ -208,7 +176,7 @@ fn shared_assets_give_the_hits_of_the_cpu_backend() {
             continue;
         }
         let [cpu, gpu] = films(&mut vulkan, path, (64, 48), 1);
-        let (differ, unexplained, depth) = hits(&cpu, &gpu);
+        let Hits { differ, unexplained, depth } = hits(&cpu, &gpu);
         let (error, means) = images(&cpu.resolve(), &gpu.resolve());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         eprintln!(

@@ -24,7 +24,8 @@ pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_3;
 /// Which device, and how it is watched.
 #[derive(Clone, Debug, Default)]
 pub struct DeviceOptions {
-    /// Index in [`list`], or a part of the name, whatever its case. Without it the first fit one: discrete ones come first.
+    /// Index in [`list`], or the name or a part of it that only one has, whatever its case. Without it the first fit one:
+    /// discrete ones come first.
     pub device: Option<String>,
     /// Run under the validation layers, which have to be installed.
     pub validate: bool,

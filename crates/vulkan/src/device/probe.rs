@@ -112,8 +112,17 @@ pub(super) fn choose(
         Some(asked) => match asked.parse::<usize>() {
             Ok(index) => (index < all.len()).then_some(index),
             Err(_) => {
-                let asked = asked.to_lowercase();
-                all.iter().position(|(_, info)| info.name.to_lowercase().contains(&asked))
+                let names: Vec<&str> = all.iter().map(|(_, info)| info.name.as_str()).collect();
+                match named(asked, &names).as_slice() {
+                    [] => None,
+                    [found] => Some(*found),
+                    _ => {
+                        return refuse(format!(
+                            "several Vulkan devices have {asked:?} in their name: {}",
+                            listed(&all)
+                        ));
+                    }
+                }
             }
         },
     };
@@ -130,6 +139,17 @@ pub(super) fn choose(
         return refuse(what);
     }
     Ok((physical, info))
+}
+
+/// Which of the names a text means: the one that it is, else those of which it is a part, whatever its case; nothing without any
+/// text.
+fn named(asked: &str, names: &[&str]) -> Vec<usize> {
+    let asked = asked.to_lowercase();
+    let of = |is_it: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        (0..names.len()).filter(|&i| !asked.is_empty() && is_it(&names[i].to_lowercase())).collect()
+    };
+    let exact = of(&|name| name == asked);
+    if exact.is_empty() { of(&|name| name.contains(&asked)) } else { exact }
 }
 
 /// The features that are switched on.
@@ -292,5 +312,18 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::named;
+
+    #[test]
+    fn an_exact_name_wins_and_no_text_names_nothing() {
+        let names = ["Card", "Card Ti", "other"];
+        assert_eq!(named("card", &names), [0]);
+        assert_eq!(named("car", &names), [0, 1]);
+        assert_eq!(named("", &names), [] as [usize; 0]);
     }
 }

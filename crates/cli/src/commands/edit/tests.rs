@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::args::{Cli, Command};
+use crate::job::backend::AnyBackend;
 use clap::Parser;
-use orthant_cpu::ResidentScene;
 use std::collections::BTreeSet;
 
 fn floats(values: &[f32]) -> Vec<u8> {
@@ -84,7 +84,8 @@ impl State {
         let path = folder.join("state.glb");
         export_path(&editor.live.scene, &path, &ExportOptions::default()).expect("exported");
         let derived = &editor.live.derived;
-        let resident: &ResidentScene = editor.live.backend.as_ref().expect("there is one").scene();
+        let Some(AnyBackend::Cpu(backend)) = &editor.live.backend else { panic!("the CPU follows") };
+        let resident = backend.scene();
         let blas: Vec<u8> = resident.blas.iter().map(|blas| blas.is_some().into()).collect();
         let bytes = |name, bytes: &[u8]| (name, bytes.to_vec());
         Self(vec![
