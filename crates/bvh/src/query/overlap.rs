@@ -17,6 +17,24 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         self.walk(|bounds| bounds.overlaps(region), visit)
     }
 
+    /// [`Self::overlap`], which adds the nodes that it reads to a count.
+    pub fn overlap_counted<B>(
+        &self,
+        region: &Aabb<S, N>,
+        nodes: &mut u64,
+        visit: impl FnMut(u32, &Aabb<S, N>) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        let mut boxes = 0_u64;
+        let enters = |bounds: &Aabb<S, N>| {
+            boxes += 1;
+            bounds.overlaps(region)
+        };
+        let flow = self.walk(enters, visit);
+        // A node has two boxes; a walk that stops may have read one of the last.
+        *nodes += boxes.div_ceil(2);
+        flow
+    }
+
     /// Visits every item whose closed box holds `point`, until the visitor breaks.
     pub fn point<B>(&self, point: &[S; N], visit: impl FnMut(u32, &Aabb<S, N>) -> ControlFlow<B>) -> ControlFlow<B> {
         self.walk(|bounds| bounds.contains_point(point), visit)
@@ -26,7 +44,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
     #[inline(always)]
     fn walk<B>(
         &self,
-        enters: impl Fn(&Aabb<S, N>) -> bool,
+        mut enters: impl FnMut(&Aabb<S, N>) -> bool,
         mut visit: impl FnMut(u32, &Aabb<S, N>) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         if self.root == NONE {
