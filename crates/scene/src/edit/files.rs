@@ -8,6 +8,18 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// A document that was read to be merged.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Read {
+    /// What the edit takes.
+    pub file: MergedFile,
+    /// The files that were read: the document's own, and those that it refers to.
+    pub files: Vec<PathBuf>,
+    /// What was read although it is not as it should be, each as `file: place: what`.
+    pub warnings: Vec<String>,
+}
+
 /// Reads the documents that edits merge from where the paths in a script or a log begin.
 #[derive(Clone, Debug)]
 pub struct Folder {
@@ -21,19 +33,20 @@ impl Folder {
         Self { path: path.to_owned(), import }
     }
 
-    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read. Also returns the files
-    /// that were read: the document's own, and those that it refers to.
+    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read.
     ///
     /// # Errors
     /// The file and why it cannot be read.
-    pub fn read(&self, path: &str) -> Result<(MergedFile, Vec<PathBuf>), EditError> {
+    pub fn read(&self, path: &str) -> Result<Read, EditError> {
         let full = self.path.join(path);
         let imported = import_path(&full, &self.import).map_err(|error| EditError::File(error.to_string()))?;
         let blake3 = hash(&full, &imported.scene)
             .map_err(|error| EditError::File(format!("{}: cannot be read: {error}", full.display())))?;
         let mut files = imported.files;
         files.insert(0, full);
-        Ok((MergedFile { path: path.to_owned(), blake3, scene: Some(Arc::new(imported.scene)) }, files))
+        let warnings = imported.warnings.iter().map(|warning| format!("{path}: {warning}")).collect();
+        let file = MergedFile { path: path.to_owned(), blake3, scene: Some(Arc::new(imported.scene)) };
+        Ok(Read { file, files, warnings })
     }
 
     /// Reads the document that an edit of a log names.
@@ -41,7 +54,7 @@ impl Folder {
     /// # Errors
     /// The file, and why it cannot be read, or that its content is not what it was when the log was made.
     pub fn read_again(&self, file: &MergedFile) -> Result<Arc<Scene>, EditError> {
-        let (found, _) = self.read(&file.path)?;
+        let found = self.read(&file.path)?.file;
         let full = self.path.join(&file.path);
         match found.scene {
             Some(scene) if found.blake3 == file.blake3 => Ok(scene),

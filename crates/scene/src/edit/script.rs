@@ -276,6 +276,8 @@ pub struct Session {
     folder: Folder,
     /// The files that were read for `merge_scene`.
     files: Vec<PathBuf>,
+    /// What was to be said of the one that was read last.
+    read_warnings: Vec<String>,
 }
 
 impl Session {
@@ -288,6 +290,7 @@ impl Session {
             last_label: None,
             folder: Folder::new(folder, import),
             files: Vec::new(),
+            read_warnings: Vec::new(),
         }
     }
 
@@ -318,7 +321,9 @@ impl Session {
             }
             operation => {
                 let (edit, label) = self.resolve(scene, operation)?;
-                let applied = self.history.apply(scene, edit, Grouping::Alone)?;
+                let read_warnings = std::mem::take(&mut self.read_warnings);
+                let mut applied = self.history.apply(scene, edit, Grouping::Alone)?;
+                applied.notes.splice(0..0, read_warnings);
                 if let (Some(label), Some(made)) = (label, applied.made) {
                     let before = self.labels.insert(label.clone(), made);
                     self.last_label = Some((label, before));
@@ -492,9 +497,10 @@ impl Session {
             Op::MergeScene { path, parent, label } => {
                 new_label = label.clone();
                 let parent = self.find_optional(scene, "parent", parent)?;
-                let (file, files) = self.folder.read(path)?;
-                self.files.extend(files);
-                Edit::MergeScene { file, parent }
+                let read = self.folder.read(path)?;
+                self.files.extend(read.files);
+                self.read_warnings = read.warnings;
+                Edit::MergeScene { file: read.file, parent }
             }
             Op::RemoveUnused {} => Edit::RemoveUnused,
             Op::Undo { .. } | Op::Redo { .. } | Op::SetTime { .. } => {
