@@ -27,8 +27,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#![allow(dead_code, reason = "gathering in cells and joining of boxes use them")]
-
 mod block;
 mod chunk;
 pub mod generate;

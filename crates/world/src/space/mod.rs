@@ -3,11 +3,9 @@
 mod aabb;
 mod fixed;
 mod lattice;
-#[cfg(test)]
 mod volume;
 
 pub use aabb::{Aabb4, Aabb4Error, Cells, Point4, Slabs};
 pub use fixed::{Fixed, FixedError};
 pub use lattice::{CHUNK_BLOCKS, ChunkShape, Lattice, Scale, ScaleError};
-#[cfg(test)]
 pub(crate) use volume::Volume;

@@ -12,7 +12,9 @@
 //! [`World::apply`] first compares (`diff`): where nothing differs, nothing is written. Then it splices (`splice`): what the
 //! patch touches is carved, small content is gathered in chunks (`cell`), and boxes of one block are joined (`merge`).
 
+mod cell;
 mod diff;
+mod merge;
 mod patch;
 mod query;
 mod region;

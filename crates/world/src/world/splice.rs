@@ -2,9 +2,18 @@
 
 use super::region::{Region, RegionId};
 use super::{Applied, ApplyError, Work, World};
-use crate::space::Aabb4;
+use crate::space::{Aabb4, Point4};
 use rustc_hash::FxHashMap;
 use std::ops::ControlFlow;
+
+/// From so many on regions go into the index together.
+const MANY: usize = 32;
+
+/// Up to so many boxes that lie apart are spliced by themselves.
+const FEW_PARTS: usize = 8;
+
+/// A patch of more pieces is not looked at for being small.
+const FEW_PIECES: usize = 64;
 
 /// What became of a region since the splice began.
 enum Fate {
@@ -19,13 +28,15 @@ pub(super) struct Splice<'a> {
     pub world: &'a mut World,
     fates: FxHashMap<RegionId, Fate>,
     removed: Vec<(RegionId, Region)>,
+    /// What was put in, in order; some of it is gone again.
+    pub fresh: Vec<RegionId>,
     pub work: Work,
 }
 
 impl<'a> Splice<'a> {
     pub fn new(world: &'a mut World, work: Work) -> Self {
         world.index.take_counters();
-        Self { world, fates: FxHashMap::default(), removed: Vec::new(), work }
+        Self { world, fates: FxHashMap::default(), removed: Vec::new(), fresh: Vec::new(), work }
     }
 
     pub fn insert(&mut self, region: Region) -> RegionId {
@@ -34,7 +45,49 @@ impl<'a> Splice<'a> {
         let id = self.world.regions.insert(region);
         self.world.index.insert(id.slot() as u32, bounds).expect("a new slot and a box of the space");
         self.fates.insert(id, Fate::Added);
+        self.fresh.push(id);
         id
+    }
+
+    /// Puts many regions in.
+    pub fn insert_all(&mut self, regions: Vec<Region>) {
+        if regions.len() < MANY {
+            regions.into_iter().for_each(|region| {
+                self.insert(region);
+            });
+            return;
+        }
+        let mut items = Vec::with_capacity(regions.len());
+        for region in regions {
+            self.work.regions_written += 1;
+            let bounds = region.bounds.closed();
+            let id = self.world.regions.insert(region);
+            items.push((id.slot() as u32, bounds));
+            self.fates.insert(id, Fate::Added);
+            self.fresh.push(id);
+        }
+        self.world.index.insert_many(&items).expect("new slots and boxes of the space");
+    }
+
+    /// Puts in what of a region lies outside of a box.
+    pub fn insert_rest(&mut self, region: &Region, hole: &Aabb4) {
+        for slab in region.bounds.subtract(hole).iter() {
+            if let Some(part) = region.clipped(slab) {
+                self.insert(part);
+            }
+        }
+    }
+
+    /// The region that holds a point.
+    pub fn region_at(&mut self, point: Point4) -> Option<RegionId> {
+        let mut found = None;
+        let at = orthant_bvh::Aabb::new(point.raw(), point.raw());
+        let _: ControlFlow<()> = self.world.index.overlap_counted(&at, &mut self.work.index_nodes, |slot, _| {
+            found = self.world.regions.in_slot(slot).map(|(id, _)| id);
+            ControlFlow::Break(())
+        });
+        self.work.regions_read += 1;
+        found
     }
 
     pub fn remove(&mut self, id: RegionId) -> Region {
@@ -72,12 +125,22 @@ impl<'a> Splice<'a> {
     pub fn carve(&mut self, hole: &Aabb4) {
         for id in self.regions_in(hole) {
             let region = self.remove(id);
-            for slab in region.bounds.subtract(hole).iter() {
-                if let Some(part) = region.clipped(slab) {
-                    self.insert(part);
-                }
-            }
+            self.insert_rest(&region, hole);
         }
+    }
+
+    /// Makes a box be what the pieces say, with little content gathered in chunks.
+    fn replace(&mut self, bounds: &Aabb4, pieces: Vec<Region>) {
+        let small = pieces.len() <= FEW_PIECES;
+        if !(small && (self.replace_in_chunk(bounds, &pieces) || self.replace_small(bounds, &pieces))) {
+            self.replace_exactly(bounds, pieces);
+        }
+    }
+
+    /// Makes a box be what the pieces say, and nothing more.
+    pub fn replace_exactly(&mut self, bounds: &Aabb4, pieces: Vec<Region>) {
+        self.carve(bounds);
+        self.insert_all(pieces);
     }
 
     /// Writes down what has changed.
@@ -85,6 +148,8 @@ impl<'a> Splice<'a> {
         for (id, fate) in self.fates {
             match fate {
                 Fate::Added => applied.added.push(id),
+                // It may have been rewritten as it was.
+                Fate::Updated(before) if self.world.region(id) == Some(&before) => {}
                 Fate::Updated(before) => applied.updated.push((id, before)),
             }
         }
@@ -96,6 +161,15 @@ impl<'a> Splice<'a> {
         // Nobody follows the index by its writes.
         self.world.index.take_writes();
     }
+}
+
+/// The boxes to splice, given where something changes: not all of the patch, of which much may be there already.
+fn parts_to_write(changed: &[Aabb4]) -> Vec<Aabb4> {
+    let volume = |b: &Aabb4| b.extent().iter().product::<f64>();
+    let Some(hull) = changed.iter().copied().reduce(|hull, b| hull.hull(&b)) else { return Vec::new() };
+    let apart = changed.iter().map(volume).sum::<f64>() < 0.25 * volume(&hull);
+    // Many boxes are as a rule the pattern of one content, whose pieces are better left whole.
+    if changed.len() <= FEW_PARTS && apart { changed.to_vec() } else { vec![hull] }
 }
 
 impl World {
@@ -112,10 +186,16 @@ impl World {
             return Err(ApplyError::WorldFull(orthant_bvh::MAX_ITEM));
         }
         let mut splice = Splice::new(self, applied.work);
-        splice.carve(bounds);
-        for piece in pieces {
-            splice.insert(piece);
+        let parts = parts_to_write(&applied.changed);
+        for part in &parts {
+            if part == bounds {
+                splice.replace(part, pieces);
+                break;
+            }
+            splice.replace(part, pieces.iter().filter_map(|piece| piece.clipped(part)).collect());
         }
+        splice.gather_fresh();
+        splice.join_fresh();
         splice.finish(applied);
         Ok(())
     }
