@@ -1,7 +1,7 @@
 //! What edits touched, for whoever has to follow.
 
 use crate::model::{AnyId, NodeId};
-use std::collections::HashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::collections::VecDeque;
 use std::ops::{BitOr, BitOrAssign};
 
@@ -98,7 +98,8 @@ impl ChangeSet {
 
     /// The same with each object once, in order of first touch.
     pub fn compact(&mut self) {
-        let mut places: HashMap<AnyId, usize> = HashMap::with_capacity(self.objects.len());
+        let mut places: FxHashMap<AnyId, usize> =
+            FxHashMap::with_capacity_and_hasher(self.objects.len(), FxBuildHasher);
         let mut kept: Vec<(AnyId, Facets)> = Vec::with_capacity(self.objects.len());
         for &(id, facets) in &self.objects {
             match places.get(&id) {

@@ -11,7 +11,7 @@ use crate::edit::{ChangeSet, Facets};
 use crate::model::*;
 use crate::place::At;
 use crate::visit::{Owner, ReferenceIndex, Visitor, visit_object};
-use std::collections::HashSet;
+use rustc_hash::{FxBuildHasher, FxHashSet};
 
 /// What is wrong with a step or with what the steps led to.
 type Check = Result<(), String>;
@@ -112,7 +112,7 @@ pub(super) fn before(scene: &Scene, index: &ReferenceIndex, step: &Step) -> Chec
 }
 
 fn distinct(ids: &[AnyId]) -> Check {
-    let mut seen = HashSet::with_capacity(ids.len());
+    let mut seen = FxHashSet::with_capacity_and_hasher(ids.len(), FxBuildHasher);
     match ids.iter().find(|&&id| !seen.insert(id)) {
         Some(&id) => Err(format!("{} comes twice", Named(id))),
         None => Ok(()),

@@ -119,16 +119,16 @@ impl<'p> Plan<'p> {
         owners
     }
 
-    /// Whether anything but one object refers to an object. O(log n).
+    /// Whether anything but one object refers to an object. O(1).
     pub fn has_other_referrer(&mut self, id: impl Into<AnyId>, owner: impl Into<AnyId>) -> bool {
         let owner = Owner::Object(owner.into());
         self.visited += 1;
-        self.index.referrers(id).any(|(other, _)| other != owner)
+        self.index.unordered(id).any(|(other, _)| other != owner)
     }
 
     /// Whether the document as a whole refers to an object, in an extension of its own.
     pub fn is_carried(&self, id: impl Into<AnyId>) -> bool {
-        self.index.referrers(id).any(|(owner, _)| owner == Owner::Document)
+        self.index.is_referenced_by(id, Owner::Document)
     }
 
     /// The first other mesh for which `is_equal` holds, of those that may be equal. O(log n), and the meshes of materials

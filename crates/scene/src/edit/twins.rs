@@ -5,7 +5,8 @@ use super::fingerprint::fingerprint;
 use crate::Scene;
 use crate::model::*;
 use crate::visit::{Owner, ReferenceIndex};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeSet;
 
 /// The meshes of a document by the fingerprint of what they show. Equal meshes have one; whether those that have one are
 /// equal is for the caller to see.
@@ -14,12 +15,12 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 /// with the meshes that have the material: these are filed anew by the next search ([`Twins::refresh`]).
 #[derive(Clone, Debug, Default)]
 pub(super) struct Twins {
-    meshes: HashMap<u64, BTreeSet<MeshId>>,
-    filed: HashMap<MeshId, u64>,
+    meshes: FxHashMap<u64, BTreeSet<MeshId>>,
+    filed: FxHashMap<MeshId, u64>,
     /// The fingerprints of materials by which meshes are filed.
-    materials: HashMap<MaterialId, u64>,
+    materials: FxHashMap<MaterialId, u64>,
     /// Materials that have been edited since.
-    edited: HashSet<MaterialId>,
+    edited: FxHashSet<MaterialId>,
 }
 
 impl Twins {

@@ -3,7 +3,9 @@
 use super::{At, Visitor, visit_object, walk};
 use crate::Scene;
 use crate::model::{Animation, AnyId, Children, Extra, Id, Kind, NodeId, SceneId};
-use std::collections::BTreeMap;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+use std::collections::hash_map::Entry;
 
 /// Who refers to something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -15,12 +17,20 @@ pub enum Owner {
 }
 
 /// The reverse-reference index: for each object, who refers to it and how often. Built in O(n log n); brought up to date
-/// in O(log n) for each reference of the objects that an edit changes.
+/// in O(1) for each reference of the objects that an edit changes.
 ///
 /// That a node is the child of another is not in it: the child itself says so ([`Node::parent`](crate::model::Node)). That
 /// it is a root of a scene is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ReferenceIndex(BTreeMap<(AnyId, Owner), u32>);
+pub struct ReferenceIndex(FxHashMap<AnyId, Referrers>);
+
+/// Who refers to one object, and how often. Most of what is referred to has one referrer; a material may have a million.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Referrers {
+    One(Owner, u32),
+    /// Two or more.
+    Many(FxHashMap<Owner, u32>),
+}
 
 struct Targets<F>(F);
 
@@ -54,20 +64,47 @@ impl ReferenceIndex {
             }
         }
         edges.sort_unstable();
-        let counted = edges.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as u32));
-        Self(counted.collect())
+        let mut targets = FxHashMap::default();
+        for of_target in edges.chunk_by(|a, b| a.0 == b.0) {
+            let owners = || of_target.chunk_by(|a, b| a == b).map(|same| (same[0].1, same.len() as u32));
+            let referrers = match (owners().next(), owners().nth(1)) {
+                (Some((owner, count)), None) => Referrers::One(owner, count),
+                _ => Referrers::Many(owners().collect()),
+            };
+            targets.insert(of_target[0].0, referrers);
+        }
+        Self(targets)
     }
 
-    /// Who refers to an object, and how often, in the order of owners.
+    /// Who refers to an object, and how often, in the order of owners. O(n log n) in the referrers.
     pub fn referrers(&self, target: impl Into<AnyId>) -> impl Iterator<Item = (Owner, u32)> + '_ {
-        let target = target.into();
-        let from = (target, Owner::Document);
-        self.0.range(from..).take_while(move |((t, _), _)| *t == target).map(|(&(_, owner), &count)| (owner, count))
+        let mut all: SmallVec<[(Owner, u32); 2]> = self.unordered(target).collect();
+        all.sort_unstable();
+        all.into_iter()
     }
 
-    /// Whether anything refers to an object.
+    /// Who refers to an object, and how often, in no order that means anything. Each costs O(1).
+    pub fn unordered(&self, target: impl Into<AnyId>) -> impl Iterator<Item = (Owner, u32)> + '_ {
+        let (one, many) = match self.0.get(&target.into()) {
+            None => (None, None),
+            Some(&Referrers::One(owner, count)) => (Some((owner, count)), None),
+            Some(Referrers::Many(owners)) => (None, Some(owners)),
+        };
+        one.into_iter().chain(many.into_iter().flatten().map(|(&owner, &count)| (owner, count)))
+    }
+
+    /// Whether anything refers to an object. O(1).
     pub fn is_referenced(&self, target: impl Into<AnyId>) -> bool {
-        self.referrers(target).next().is_some()
+        self.0.contains_key(&target.into())
+    }
+
+    /// Whether one owner refers to an object. O(1).
+    pub fn is_referenced_by(&self, target: impl Into<AnyId>, owner: Owner) -> bool {
+        match self.0.get(&target.into()) {
+            None => false,
+            Some(&Referrers::One(other, _)) => other == owner,
+            Some(Referrers::Many(owners)) => owners.contains_key(&owner),
+        }
     }
 
     /// Adds the references of an object: it is new, or has just been changed.
@@ -101,14 +138,55 @@ impl ReferenceIndex {
     }
 
     fn count(&mut self, target: AnyId, owner: Owner, add: bool) {
-        let key = (target, owner);
-        if add {
-            *self.0.entry(key).or_default() += 1;
-        } else if let Some(count) = self.0.get_mut(&key) {
-            *count -= 1;
-            if *count == 0 {
-                self.0.remove(&key);
+        match self.0.entry(target) {
+            Entry::Vacant(entry) => {
+                if add {
+                    entry.insert(Referrers::One(owner, 1));
+                }
+            }
+            Entry::Occupied(mut entry) => {
+                let goes = if add { entry.get_mut().add(owner) } else { entry.get_mut().take(owner) };
+                if goes {
+                    entry.remove();
+                }
             }
         }
+    }
+}
+
+impl Referrers {
+    /// Counts a reference. There is one more, so that it does not go.
+    fn add(&mut self, owner: Owner) -> bool {
+        match self {
+            Self::One(only, count) if *only == owner => *count += 1,
+            &mut Self::One(only, count) => *self = Self::Many([(only, count), (owner, 1)].into_iter().collect()),
+            Self::Many(owners) => *owners.entry(owner).or_default() += 1,
+        }
+        false
+    }
+
+    /// Takes a reference away. Returns whether it was the last one.
+    fn take(&mut self, owner: Owner) -> bool {
+        match self {
+            Self::One(only, count) if *only == owner => {
+                *count -= 1;
+                return *count == 0;
+            }
+            Self::One(..) => {}
+            Self::Many(owners) => {
+                if let Entry::Occupied(mut entry) = owners.entry(owner) {
+                    *entry.get_mut() -= 1;
+                    if *entry.get() == 0 {
+                        entry.remove();
+                    }
+                }
+                if owners.len() == 1
+                    && let Some((&owner, &count)) = owners.iter().next()
+                {
+                    *self = Self::One(owner, count);
+                }
+            }
+        }
+        false
     }
 }

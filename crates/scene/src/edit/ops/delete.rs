@@ -7,7 +7,8 @@ use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{NodeField, Place, Step};
 use crate::model::*;
 use crate::visit;
-use std::collections::{BTreeSet, HashSet};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeSet;
 
 /// Who has to be mended when nodes go.
 #[derive(Default)]
@@ -21,7 +22,7 @@ struct Mend {
 
 pub fn delete(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
     let nodes = p.subtree(top)?;
-    let gone: HashSet<AnyId> = nodes.iter().map(|&node| node.into()).collect();
+    let gone: FxHashSet<AnyId> = nodes.iter().map(|&node| node.into()).collect();
     let mut mend = Mend::default();
     for &node in &nodes {
         for owner in p.referrers(node) {
@@ -68,7 +69,7 @@ fn drop_carried(p: &mut Plan<'_>, parked: &[AnyId]) {
     if !parked.iter().any(|&id| p.is_carried(id)) {
         return;
     }
-    let gone: HashSet<AnyId> = parked.iter().copied().collect();
+    let gone: FxHashSet<AnyId> = parked.iter().copied().collect();
     let mend = |extra: &Extra| {
         let mut mended = extra.clone();
         drop_links(&mut mended, &gone);
@@ -123,7 +124,7 @@ pub fn remove_unused(p: &mut Plan<'_>) -> Result<()> {
     let all: usize = Kind::ALL.iter().map(|&kind| p.scene.count(kind)).sum();
     p.visited += all as u64;
     let unused = visit::unused(p.scene);
-    let nodes: HashSet<NodeId> = unused
+    let nodes: FxHashSet<NodeId> = unused
         .iter()
         .filter_map(|id| match id {
             AnyId::Node(id) => Some(*id),

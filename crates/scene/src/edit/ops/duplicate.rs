@@ -6,10 +6,11 @@ use crate::edit::step::{Place, Step};
 use crate::model::*;
 use crate::place::At;
 use crate::visit::{VisitorMut, visit_object_mut};
-use std::collections::{BTreeSet, HashMap};
+use rustc_hash::{FxBuildHasher, FxHashMap};
+use std::collections::BTreeSet;
 
 /// Old ids to new ones; what is not in it stays.
-pub struct Rename<'m>(pub &'m HashMap<AnyId, AnyId>);
+pub struct Rename<'m>(pub &'m FxHashMap<AnyId, AnyId>);
 
 impl VisitorMut for Rename<'_> {
     fn slot<K: Id>(&mut self, id: &mut K, _: &At<'_>) {
@@ -27,7 +28,7 @@ impl VisitorMut for Rename<'_> {
 
 pub fn duplicate(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
     let nodes = p.subtree(top)?;
-    let mut renamed: HashMap<AnyId, AnyId> = HashMap::with_capacity(nodes.len());
+    let mut renamed: FxHashMap<AnyId, AnyId> = FxHashMap::with_capacity_and_hasher(nodes.len(), FxBuildHasher);
     let mut copies = Vec::with_capacity(nodes.len());
     for &node in &nodes {
         let mut copy = p.node(node)?.clone();
@@ -73,7 +74,7 @@ pub fn duplicate(p: &mut Plan<'_>, top: NodeId) -> Result<()> {
 }
 
 /// Animations that move originals move the copies as well, by the same samplers.
-fn extend_animations(p: &mut Plan<'_>, nodes: &[NodeId], renamed: &HashMap<AnyId, AnyId>) -> Result<()> {
+fn extend_animations(p: &mut Plan<'_>, nodes: &[NodeId], renamed: &FxHashMap<AnyId, AnyId>) -> Result<()> {
     let mut animations = BTreeSet::new();
     for &node in nodes {
         animations.extend(p.referrers(node).into_iter().filter_map(|owner| match owner {
@@ -99,7 +100,7 @@ fn extend_animations(p: &mut Plan<'_>, nodes: &[NodeId], renamed: &HashMap<AnyId
 }
 
 /// The channel of the copies, if the channel moves an original.
-fn renamed_channel(channel: &AnimationChannel, renamed: &HashMap<AnyId, AnyId>) -> Option<AnimationChannel> {
+fn renamed_channel(channel: &AnimationChannel, renamed: &FxHashMap<AnyId, AnyId>) -> Option<AnimationChannel> {
     let is_original = |id: AnyId| renamed.contains_key(&id);
     let moves = channel.node.is_some_and(|node| is_original(node.into()))
         || channel.target_extra.links().iter().any(|link| is_original(link.target));

@@ -5,7 +5,8 @@ use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{NodeField, Object};
 use crate::model::*;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// Where an influence of a joint goes: to another one, by its new index, or nowhere.
 type Targets = Vec<Option<u16>>;
@@ -16,7 +17,7 @@ type Influences = (AccessorId, AccessorId);
 /// Takes the joints that go out of a skin, with their inverse bind matrices, and brings the vertices of the meshes that it
 /// deforms along: what followed a joint that goes follows its nearest ancestor that stays, and where there is none, the
 /// other influences share its weight. A skin that loses all joints goes, and its meshes stand still. O(joints + vertices).
-pub fn without(p: &mut Plan<'_>, id: SkinId, gone: &HashSet<AnyId>, parked: &mut Vec<AnyId>) -> Result<()> {
+pub fn without(p: &mut Plan<'_>, id: SkinId, gone: &FxHashSet<AnyId>, parked: &mut Vec<AnyId>) -> Result<()> {
     let mut skin = p.skin(id)?.clone();
     p.visited += skin.joints.len() as u64;
     let is_gone = |node: NodeId| gone.contains(&node.into());
@@ -63,7 +64,7 @@ pub fn without(p: &mut Plan<'_>, id: SkinId, gone: &HashSet<AnyId>, parked: &mut
 
 /// Where the influence of each joint goes.
 fn targets(p: &mut Plan<'_>, joints: &[NodeId], stays: &[bool]) -> Result<Targets> {
-    let mut new_index: HashMap<NodeId, u16> = HashMap::new();
+    let mut new_index: FxHashMap<NodeId, u16> = FxHashMap::default();
     for (&joint, _) in joints.iter().zip(stays).filter(|(_, stays)| **stays) {
         new_index.insert(joint, new_index.len() as u16);
     }
@@ -118,7 +119,7 @@ pub fn add_accessor(
 /// Gives the nodes of a skin a mesh whose joints are the new ones: the mesh itself if nobody else shows it, else a copy.
 fn remap_mesh(p: &mut Plan<'_>, id: MeshId, nodes: &[NodeId], targets: &Targets) -> Result<()> {
     let mut mesh = p.mesh(id)?.clone();
-    let mut known: HashMap<Vec<Influences>, Vec<Influences>> = HashMap::new();
+    let mut known: FxHashMap<Vec<Influences>, Vec<Influences>> = FxHashMap::default();
     for primitive in &mut mesh.primitives {
         let mut sets = Vec::new();
         for set in 0.. {

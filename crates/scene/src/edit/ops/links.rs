@@ -1,12 +1,12 @@
 //! References inside extensions that are kept as JSON, when what they mean goes.
 
 use crate::model::{AnyId, Extra, Link};
+use rustc_hash::FxHashSet;
 use serde_json::Value;
-use std::collections::HashSet;
 
 /// Takes the references to objects that go out of what an object carries. An element of a list goes alone; a reference
 /// that is the member of an object goes with its extension, which means nothing without it.
-pub fn drop_links(extra: &mut Extra, gone: &HashSet<AnyId>) {
+pub fn drop_links(extra: &mut Extra, gone: &FxHashSet<AnyId>) {
     let dead: Vec<Link> = extra.links().iter().filter(|link| gone.contains(&link.target)).cloned().collect();
     // From the last to the first: taking an element out moves those behind it.
     for link in dead.iter().rev() {
@@ -100,14 +100,14 @@ mod tests {
     #[test]
     fn an_element_that_goes_leaves_the_others_linked() {
         let mut extra = lod(&[5, 6, 7, 8]);
-        drop_links(&mut extra, &HashSet::from([node(6), node(7)]));
+        drop_links(&mut extra, &FxHashSet::from_iter([node(6), node(7)]));
         assert_eq!(extra, lod(&[5, 8]));
     }
 
     #[test]
     fn an_extension_without_its_reference_goes() {
         let mut extra = lod(&[5]);
-        drop_links(&mut extra, &HashSet::from([node(5)]));
+        drop_links(&mut extra, &FxHashSet::from_iter([node(5)]));
         assert_eq!(Value::Object(*extra.extensions.unwrap()), json!({"X": 1}));
         assert_eq!(extra.other, None);
     }

@@ -8,8 +8,8 @@ use crate::edit::plan::{Plan, Result};
 use crate::edit::step::Step;
 use crate::model::*;
 use crate::visit::visit_object_mut;
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
-use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
     let other: &Scene = other;
     let objects: usize = Kind::ALL.iter().map(|&kind| other.count(kind)).sum();
     p.visited += objects as u64;
-    let mut renamed: HashMap<AnyId, AnyId> = p.scene.insert_parked_copies(other).into_iter().collect();
+    let mut renamed: FxHashMap<AnyId, AnyId> = p.scene.insert_parked_copies(other).into_iter().collect();
     let mut new: Vec<AnyId> = renamed.values().copied().collect();
     new.sort_unstable();
     p.adopt(new.iter().copied());
@@ -59,7 +59,7 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
             node.parent = Some(wrapper);
         }
     }
-    let mut taken: HashSet<NodeId> = roots.iter().copied().collect();
+    let mut taken: FxHashSet<NodeId> = roots.iter().copied().collect();
     if let Some(shown) = shown {
         let apart = skins::apart(other, shown);
         let new = |&root: &NodeId| renamed.get(&root.into()).copied().and_then(NodeId::from_any);
@@ -96,8 +96,8 @@ pub fn merge(p: &mut Plan<'_>, file: MergedFile, parent: Option<NodeId>) -> Resu
 }
 
 /// Variants are known by their names: one that is there already is not made again.
-fn unite_variants(p: &mut Plan<'_>, other: &Scene, renamed: &mut HashMap<AnyId, AnyId>, new: &mut Vec<AnyId>) {
-    let known: HashMap<String, VariantId> = p.scene.variants.iter().map(|(id, v)| (v.name.clone(), id)).collect();
+fn unite_variants(p: &mut Plan<'_>, other: &Scene, renamed: &mut FxHashMap<AnyId, AnyId>, new: &mut Vec<AnyId>) {
+    let known: FxHashMap<String, VariantId> = p.scene.variants.iter().map(|(id, v)| (v.name.clone(), id)).collect();
     for (id, variant) in other.variants.iter() {
         if let Some(&there) = known.get(&variant.name)
             && let Some(copy) = renamed.insert(id.into(), there.into())
@@ -109,7 +109,7 @@ fn unite_variants(p: &mut Plan<'_>, other: &Scene, renamed: &mut HashMap<AnyId, 
 }
 
 /// The roots that are shown, and the other scenes, under their new ids.
-fn roots(other: &Scene, shown: Option<SceneId>, renamed: &HashMap<AnyId, AnyId>) -> (Vec<NodeId>, Vec<SceneId>) {
+fn roots(other: &Scene, shown: Option<SceneId>, renamed: &FxHashMap<AnyId, AnyId>) -> (Vec<NodeId>, Vec<SceneId>) {
     let new = |id: AnyId| renamed.get(&id).copied();
     let old: Vec<NodeId> = match shown {
         Some(shown) => other.scenes[shown].roots.iter().collect(),

@@ -8,8 +8,8 @@ use crate::import::gltf;
 use crate::model::*;
 use crate::place::push_key;
 use crate::visit;
+use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
-use std::collections::HashMap;
 
 /// Extensions whose objects at the root are modelled: they are merged one by one. What else is beside them is no list that
 /// anything refers into.
@@ -57,7 +57,7 @@ pub fn extras(p: &mut Plan<'_>, path: &str, other: &Scene, shown: Option<SceneId
 }
 
 /// Takes over the extensions at the root of a document. One that both documents have stays as it is, if it says the same.
-pub fn unite(p: &mut Plan<'_>, path: &str, other: &Scene, renamed: &HashMap<AnyId, AnyId>) -> Result<()> {
+pub fn unite(p: &mut Plan<'_>, path: &str, other: &Scene, renamed: &FxHashMap<AnyId, AnyId>) -> Result<()> {
     let Some(theirs) = &other.extra.extensions else { return Ok(()) };
     let mut extra = p.scene.extra.clone();
     let mut new: Vec<Link> = Vec::new();

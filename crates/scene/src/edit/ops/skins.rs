@@ -6,13 +6,14 @@ use crate::edit::EditError;
 use crate::edit::plan::{Plan, Result};
 use crate::edit::step::{Object, Place};
 use crate::model::*;
-use std::collections::{BTreeSet, HashMap, HashSet};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeSet;
 
 /// A subtree on its way to another place.
 struct Move {
     node: NodeId,
     /// All of it.
-    moved: HashSet<NodeId>,
+    moved: FxHashSet<NodeId>,
     /// The topmost node above it, before and afterwards.
     top: [NodeId; 2],
     /// The scenes that show it, before and afterwards.
@@ -79,7 +80,7 @@ impl Move {
         if self.top[0] == self.top[1] {
             return Ok(());
         }
-        let [mut before, mut after] = [HashSet::new(), HashSet::new()];
+        let [mut before, mut after] = [FxHashSet::default(), FxHashSet::default()];
         for joint in p.skin(id)?.joints.clone() {
             let [old, new] = self.tops(p, joint)?;
             before.insert(old);
@@ -155,14 +156,14 @@ pub fn apart(document: &Scene, shown: SceneId) -> Vec<NodeId> {
         }
         node
     };
-    let mut needed: HashMap<NodeId, HashSet<NodeId>> = HashMap::new();
+    let mut needed: FxHashMap<NodeId, FxHashSet<NodeId>> = FxHashMap::default();
     for (id, node) in document.nodes.iter() {
         if let Some(&joint) = node.skin.and_then(|skin| document.skins.get(skin)?.joints.first()) {
             needed.entry(top(id)).or_default().insert(top(joint));
         }
     }
     let roots_of = |id: SceneId| document.scenes.get(id).into_iter().flat_map(|scene| scene.roots.iter());
-    let mut gone: HashSet<NodeId> = roots_of(shown).collect();
+    let mut gone: FxHashSet<NodeId> = roots_of(shown).collect();
     let others: BTreeSet<NodeId> = document.scenes.ids().filter(|&id| id != shown).flat_map(roots_of).collect();
     let mut apart = Vec::new();
     loop {
