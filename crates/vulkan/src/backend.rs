@@ -4,7 +4,7 @@ use crate::device::{Device, DeviceOptions, Messages};
 use crate::error::{Result, VulkanError};
 use crate::memory::{Queue, Staging};
 use crate::scene::{Applied, ResidentRows, ResidentScene};
-use crate::trace::{Job, Passes, TlasSet, TracePipeline};
+use crate::trace::{Job, Passes, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
@@ -14,13 +14,13 @@ use std::time::Duration;
 /// Bytes of the staging ring.
 const STAGING: u64 = 32 << 20;
 
-/// A resident scene on a Vulkan device, rendered by its ray tracing pipeline.
+/// A resident scene on a Vulkan device, rendered by its ray tracing pipeline or by ray queries.
 pub struct VulkanBackend {
     // In this order: what the device may still use goes after the queue has waited for it.
     queue: Queue,
     job: Option<Job>,
     tlas: Option<TlasSet>,
-    pipeline: TracePipeline,
+    pipeline: RayTracer,
     scene: ResidentScene,
     staging: Staging,
     device: Arc<Device>,
@@ -52,7 +52,8 @@ impl VulkanBackend {
         let queue = Queue::new(&device)?;
         let staging = Staging::new(&device, STAGING)?;
         let scene = ResidentScene::new(&device)?;
-        let pipeline = TracePipeline::new(&device, scene.images.layout)?;
+        let pipeline = RayTracer::new(&device, scene.images.layout)?;
+        device.keep_pipelines();
         let mut backend = Self {
             queue,
             job: None,

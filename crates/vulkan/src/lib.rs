@@ -4,7 +4,7 @@
 //! * [`device`]: which devices there are, and opening one;
 //! * `memory`: buffers, the queue, the staging ring, and why nothing races;
 //! * `scene`: what is resident, and how a batch changes it;
-//! * `trace`: the ray tracing pipeline and frames;
+//! * `trace`: the ray tracing pipeline, its twin of ray queries, and frames;
 //! * [`abi`]: what the shaders (`shaders/`) see of it.
 
 pub mod abi;

@@ -9,3 +9,6 @@ pub(crate) const PATH: &[u8] = include_bytes!("../shaders/spirv/path.spv");
 
 /// Its ray generation for devices that sort threads by what their rays have hit.
 pub(crate) const PATH_REORDER: &[u8] = include_bytes!("../shaders/spirv/path_reorder.spv");
+
+/// The path tracer as compute shaders with ray queries.
+pub(crate) const PATH_QUERY: &[u8] = include_bytes!("../shaders/spirv/path_query.spv");

@@ -2,7 +2,7 @@
 
 use orthant::args::BackendArg;
 use orthant::failure::Failure;
-use orthant::job::backend::open;
+use orthant::job::backend::{Asked, open};
 use orthant::live::{Live, Stopped};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
@@ -57,7 +57,11 @@ impl Source {
         let encoded: usize = images.map(|image| image.data.as_ref().map_or(0, |data| data.len())).sum();
         let options = DeriveOptions { images: encoded < 1 << 16, ..DeriveOptions::default() };
         let session = Session::new(Path::new("."), ImportOptions::default());
-        let backend = self.backend.map(|backend| open(backend, None, true)).transpose().map_err(|e| e.to_string())?;
+        let backend = self
+            .backend
+            .map(|backend| open(&Asked { watched: true, ..Asked::new(backend, None) }))
+            .transpose()
+            .map_err(|e| e.to_string())?;
         Live::new(self.scene.clone(), session, options, backend).map_err(|failure| failure.to_string())
     }
 

@@ -3,7 +3,7 @@
 mod render;
 pub mod values;
 
-pub use render::{AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg};
+pub use render::{AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg, TracerArg};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -279,6 +279,9 @@ pub struct BenchArgs {
     /// The device, by its number in `orthant devices` or a part of its name, for `render` and `edit`
     #[arg(long, value_name = "INDEX|NAME", value_parser = values::device)]
     pub device: Option<String>,
+    /// How a Vulkan device traces rays, for `render`
+    #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
+    pub tracer: TracerArg,
     /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub size: Option<u32>,

@@ -145,6 +145,9 @@ pub struct RenderArgs {
     /// Which device of it, as `orthant devices` lists them: its number or a part of its name
     #[arg(long, value_name = "INDEX|NAME", value_parser = super::values::device, help_heading = "Rendering")]
     pub device: Option<String>,
+    /// How a Vulkan device traces rays; auto takes the pipeline where there is one
+    #[arg(long, value_enum, default_value_t = TracerArg::Auto, help_heading = "Rendering")]
+    pub tracer: TracerArg,
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0, help_heading = "Rendering")]
     pub threads: usize,
@@ -193,6 +196,18 @@ pub enum BackendArg {
     Cpu,
     /// Vulkan ray tracing; exit code 4 where no device can
     Vulkan,
+}
+
+/// `--tracer`
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TracerArg {
+    /// What the device has
+    #[default]
+    Auto,
+    /// The ray tracing pipeline
+    Pipeline,
+    /// Ray queries in a compute shader
+    Query,
 }
 
 /// `--renderer`

@@ -1,9 +1,8 @@
 //! `bench edit`: edit, sync and the backend's apply, at growing sizes; on a device also the time until it is done.
 
 use super::{Measured, Settings};
-use crate::args::BackendArg;
 use crate::failure::{Exit, Failure};
-use crate::job::backend::{AnyBackend, open};
+use crate::job::backend::{AnyBackend, Asked, open};
 use orthant_render::derived::sync::SyncReport;
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_scene::Scene;
@@ -26,12 +25,12 @@ const CHECKED: u32 = 10_000;
 /// are not all that a percentile tells of.
 const SMALL_EDITS: u32 = 2_000;
 
-pub fn run(asked: BackendArg, device: Option<&str>, settings: Settings) -> Result<Vec<Measured>, Failure> {
+pub fn run(asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let mut results = Vec::new();
     let sizes = settings.size.map_or(SIZES.to_vec(), |size| vec![size.max(2)]);
     for n in sizes {
         for depth in [1, 64] {
-            measure(n, depth, open(asked, device, false)?, settings, &mut results)?;
+            measure(n, depth, open(asked)?, settings, &mut results)?;
         }
     }
     Ok(results)

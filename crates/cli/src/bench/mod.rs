@@ -11,8 +11,8 @@ mod memory;
 mod render;
 mod trace;
 
-use crate::args::BackendArg;
 use crate::failure::Failure;
+use crate::job::backend::Asked;
 use crate::job::{self, LoadOptions, Loaded};
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -82,9 +82,9 @@ pub enum Suite<'a> {
     /// Rays through the resident scene, beside `obvhs`.
     Trace(&'a Path),
     /// Whole frames, by a backend on a device.
-    Render(&'a Path, BackendArg, Option<&'a str>),
+    Render(&'a Path, Asked<'a>),
     /// Edit, sync and apply, by a backend on a device.
-    Edit(BackendArg, Option<&'a str>),
+    Edit(Asked<'a>),
     /// Bounding volume hierarchies, beside `obvhs`.
     Bvh,
 }
@@ -125,8 +125,8 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Load(file) => load::run(file, settings)?,
         Suite::Derive => derive::run(settings)?,
         Suite::Trace(file) => trace::run(file, settings)?,
-        Suite::Render(file, backend, device) => render::run(file, backend, device, settings)?,
-        Suite::Edit(backend, device) => edit::run(backend, device, settings)?,
+        Suite::Render(file, asked) => render::run(file, &asked, settings)?,
+        Suite::Edit(asked) => edit::run(&asked, settings)?,
         Suite::Bvh => bvh::run(settings),
     };
     Ok(json!({

@@ -1,9 +1,8 @@
 //! `bench render FILE`: whole frames through the backend, as `render` makes them.
 
 use super::{Measured, Settings};
-use crate::args::BackendArg;
 use crate::failure::{Exit, Failure};
-use crate::job::backend::open;
+use crate::job::backend::{Asked, open};
 use crate::job::environment::lights_itself;
 use orthant_render::camera::View;
 use orthant_render::sky;
@@ -16,10 +15,10 @@ const WIDTH: u32 = 960;
 const HEIGHT: u32 = 540;
 const SAMPLES: u32 = 16;
 
-pub fn run(file: &Path, asked: BackendArg, device: Option<&str>, settings: Settings) -> Result<Vec<Measured>, Failure> {
+pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let internal = |e: orthant_resident::BackendError| Failure::new(Exit::Internal, e.to_string());
     let mut loaded = super::load(file, settings)?;
-    let mut backend = open(asked, device, false)?;
+    let mut backend = open(asked)?;
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
     backend.set_environment(environment).map_err(internal)?;
     let batch = loaded.derived.load_batch();

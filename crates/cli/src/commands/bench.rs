@@ -3,6 +3,7 @@
 use crate::args::{BenchArgs, BenchSuite, Common};
 use crate::bench::{self, Settings, Suite};
 use crate::failure::Failure;
+use crate::job::backend::Asked;
 use crate::output::{print, print_json};
 use std::path::Path;
 
@@ -12,13 +13,14 @@ use std::path::Path;
 /// A scene that cannot be loaded; stdout that cannot be written.
 pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let file = || args.file.as_deref().ok_or_else(|| Failure::usage("this suite needs a scene file"));
+    let asked = Asked { tracer: args.tracer, ..Asked::new(args.backend, args.device.as_deref()) };
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
         BenchSuite::Derive => own(args, Suite::Derive)?,
-        BenchSuite::Edit => own(args, Suite::Edit(args.backend, args.device.as_deref()))?,
+        BenchSuite::Edit => own(args, Suite::Edit(asked))?,
         BenchSuite::Bvh => own(args, Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
-        BenchSuite::Render => Suite::Render(file()?, args.backend, args.device.as_deref()),
+        BenchSuite::Render => Suite::Render(file()?, asked),
     };
     if args.size.is_some() && !matches!(args.suite, BenchSuite::Edit | BenchSuite::Bvh) {
         return Err(Failure::usage("--size: this suite has no size to choose").remedy("leave it out"));

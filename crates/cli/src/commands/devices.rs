@@ -119,7 +119,7 @@ pub fn run(args: &DevicesArgs) -> Result<(), Failure> {
 fn features(d: &DeviceInfo) -> Vec<&'static str> {
     let f = d.features;
     let all = [
-        (d.unfit.is_empty(), "ray tracing pipelines"),
+        (f.ray_tracing_pipeline, "ray tracing pipelines"),
         (f.ray_query, "ray query"),
         (f.invocation_reorder, "invocation reorder"),
         (f.position_fetch, "position fetch"),

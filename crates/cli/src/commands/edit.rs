@@ -3,7 +3,7 @@
 use crate::args::{BackendArg, Common, EditArgs};
 use crate::commands::convert::export_failure;
 use crate::failure::{Exit, Failure};
-use crate::job::backend::open;
+use crate::job::backend::{Asked, open};
 use crate::live::{Followed, Live, Stopped};
 use crate::output::{Named, check_not_read, check_outputs, print, write_atomically};
 use orthant_render::DeriveOptions;
@@ -119,7 +119,9 @@ impl Editor {
         let options = DeriveOptions { max_bytes, ..DeriveOptions::default() };
         // A device that is named follows, whatever it is.
         let asked = args.backend.or(args.device.is_some().then_some(BackendArg::Auto));
-        let backend = asked.map(|asked| open(asked, args.device.as_deref(), args.verify)).transpose()?;
+        let backend = asked
+            .map(|asked| open(&Asked { watched: args.verify, ..Asked::new(asked, args.device.as_deref()) }))
+            .transpose()?;
         let live = Live::new(scene, session, options, backend);
         Ok(Self { live: live.map_err(|failure| failure.in_file(&args.scene))?, verify: args.verify, done: 0 })
     }

@@ -3,7 +3,7 @@
 use crate::args::{AovArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg};
 use crate::failure::Failure;
 use crate::image_io::{Display, Format};
-use crate::job::backend::{AnyBackend, backend_failure, open};
+use crate::job::backend::{AnyBackend, Asked, backend_failure, open};
 use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings};
 use crate::output::{Named, check_not_read, check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
@@ -60,7 +60,8 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let environment_time = environment_start.elapsed();
     let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
 
-    let mut backend = open(args.backend, args.device.as_deref(), args.validate)?;
+    let asked = Asked::new(args.backend, args.device.as_deref());
+    let mut backend = open(&Asked { tracer: args.tracer, watched: args.validate, ..asked })?;
     let upload = Instant::now();
     let applied = backend.apply(loaded.derived.load_batch()).map_err(backend_failure)?;
     backend.set_environment(environment.clone()).map_err(backend_failure)?;

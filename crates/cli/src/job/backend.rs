@@ -1,13 +1,13 @@
 //! Which backend renders.
 
-use crate::args::BackendArg;
+use crate::args::{BackendArg, TracerArg};
 use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use orthant_cpu::CpuBackend;
 use orthant_render::DerivedScene;
 use orthant_resident::{Backend, BackendError};
 use orthant_vulkan::VulkanBackend;
-use orthant_vulkan::device::DeviceOptions;
+use orthant_vulkan::device::{CacheFolder, DeviceInfo, DeviceOptions, Tracer};
 use std::ops::{Deref, DerefMut};
 
 /// A backend of either kind: what both can do is [`Backend`].
@@ -28,39 +28,89 @@ pub fn backend_failure(error: BackendError) -> Failure {
     Failure::new(exit, error.to_string())
 }
 
-/// The backend that is asked for. `auto` takes Vulkan where there is a device that is not a processor itself and can trace
-/// rays, else the CPU. `watched` runs a Vulkan device under the validation layers.
+/// Which backend is asked for, and how it is to work.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// `auto` takes Vulkan where there is a device that is not a processor itself and can trace rays, else the CPU.
+    pub backend: BackendArg,
+    /// Which device of it.
+    pub device: Option<&'a str>,
+    /// How a Vulkan device traces rays; what is not `auto` asks for one.
+    pub tracer: TracerArg,
+    /// Whether a Vulkan device runs under the validation layers.
+    pub watched: bool,
+}
+
+impl<'a> Asked<'a> {
+    /// As the options `--backend` and `--device` say.
+    pub fn new(backend: BackendArg, device: Option<&'a str>) -> Self {
+        Self { backend, device, tracer: TracerArg::Auto, watched: false }
+    }
+}
+
+/// The environment's word on compiled pipelines.
+const CACHE: &str = "ORTHANT_PIPELINE_CACHE";
+
+/// Where compiled pipelines are kept: what `ORTHANT_PIPELINE_CACHE` says (a folder, or `off`), else the user's folder.
+fn cache_folder() -> CacheFolder {
+    match std::env::var_os(CACHE) {
+        None => CacheFolder::User,
+        Some(word) if word.is_empty() || word == "off" => CacheFolder::None,
+        Some(folder) => CacheFolder::At(folder.into()),
+    }
+}
+
+/// The backend that is asked for.
 ///
 /// # Errors
-/// If there is no such device, or it cannot render.
-pub fn open(asked: BackendArg, device: Option<&str>, watched: bool) -> Result<AnyBackend, Failure> {
-    let cpu = || AnyBackend::Cpu(Box::new(CpuBackend::new()));
-    let vulkan = |device: Option<String>| {
-        let can_watch = watched && orthant_vulkan::device::can_validate().unwrap_or(false);
-        if watched && !can_watch {
-            eprintln!(
-                "warning: --validate: the Vulkan validation layers are not installed; only the rows are compared"
-            );
+/// If there is no such device, or it cannot render (missing); options that contradict each other (usage).
+pub fn open(asked: &Asked<'_>) -> Result<AnyBackend, Failure> {
+    let backend = match (asked.tracer, asked.backend) {
+        (TracerArg::Auto, backend) => backend,
+        (_, BackendArg::Cpu) => {
+            return Err(Failure::usage("--tracer is of Vulkan devices: leave it out with --backend cpu"));
         }
-        let opened = VulkanBackend::new(&DeviceOptions { device, validate: can_watch });
-        opened.map(|backend| AnyBackend::Vulkan(Box::new(backend))).map_err(|e| Failure::missing(e.to_string()))
+        _ => BackendArg::Vulkan,
     };
-    let chosen = device.map(|device| devices::choose(device, asked)).transpose()?;
-    match (chosen, asked) {
+    let chosen = asked.device.map(|device| devices::choose(device, backend)).transpose()?;
+    match (chosen, backend) {
         (Some(devices::Choice::Cpu), _) | (None, BackendArg::Cpu) => Ok(cpu()),
-        (Some(devices::Choice::Vulkan(index)), _) => vulkan(Some(index.to_string())),
-        (None, BackendArg::Vulkan) => vulkan(None),
+        (Some(devices::Choice::Vulkan(index)), _) => vulkan(asked, Some(index)),
+        (None, BackendArg::Vulkan) => vulkan(asked, None),
         (None, BackendArg::Auto) => {
-            let is_real = |d: &orthant_vulkan::device::DeviceInfo| d.unfit.is_empty() && !d.is_software();
+            let is_real = |d: &DeviceInfo| d.unfit.is_empty() && !d.is_software();
             match orthant_vulkan::device::list().ok().and_then(|all| all.into_iter().find(is_real)) {
                 None => Ok(cpu()),
-                Some(found) => vulkan(Some(found.index.to_string())).or_else(|failure| {
+                Some(found) => vulkan(asked, Some(found.index)).or_else(|failure| {
                     eprintln!("warning: {failure}; rendering on the CPU");
                     Ok(cpu())
                 }),
             }
         }
     }
+}
+
+fn cpu() -> AnyBackend {
+    AnyBackend::Cpu(Box::new(CpuBackend::new()))
+}
+
+fn vulkan(asked: &Asked<'_>, index: Option<usize>) -> Result<AnyBackend, Failure> {
+    let can_watch = asked.watched && orthant_vulkan::device::can_validate().unwrap_or(false);
+    if asked.watched && !can_watch {
+        eprintln!("warning: the Vulkan validation layers are not installed; only the rows are compared");
+    }
+    let options = DeviceOptions {
+        device: index.map(|index| index.to_string()),
+        validate: can_watch,
+        tracer: match asked.tracer {
+            TracerArg::Auto => None,
+            TracerArg::Pipeline => Some(Tracer::Pipeline),
+            TracerArg::Query => Some(Tracer::Query),
+        },
+        cache: cache_folder(),
+    };
+    let opened = VulkanBackend::new(&options);
+    opened.map(|backend| AnyBackend::Vulkan(Box::new(backend))).map_err(|e| Failure::missing(e.to_string()))
 }
 
 impl AnyBackend {

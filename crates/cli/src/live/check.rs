@@ -88,7 +88,8 @@ impl Live {
 /// Another backend on the same device, to be loaded with what is derived anew.
 fn beside(vulkan: &VulkanBackend) -> Result<VulkanBackend, String> {
     let device = Some(vulkan.vulkan_device().info().index.to_string());
-    VulkanBackend::new(&DeviceOptions { device, validate: vulkan.messages().is_some() }).map_err(|e| e.to_string())
+    VulkanBackend::new(&DeviceOptions { device, validate: vulkan.messages().is_some(), ..DeviceOptions::default() })
+        .map_err(|e| e.to_string())
 }
 
 fn check_device(

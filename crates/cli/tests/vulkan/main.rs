@@ -11,10 +11,11 @@ use orthant_resident::frame::{Aov, Estimator, PixelFilter, Tile};
 use orthant_resident::{Backend, Environment, Film, Frame};
 use orthant_scene::Scene;
 use orthant_vulkan::VulkanBackend;
-use orthant_vulkan::device::DeviceOptions;
+use orthant_vulkan::device::{DeviceOptions, Tracer};
 use std::path::Path;
 use std::time::Duration;
 
+mod cache;
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
@@ -22,14 +23,19 @@ mod edits;
 mod live;
 #[path = "../common/mod.rs"]
 mod program;
+mod query;
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../../render/tests/sync/scenes.rs"]
 mod scenes;
 
 /// A device under the validation layers, or `None` where there is none and none has to be.
 fn device() -> Option<VulkanBackend> {
+    device_with(None)
+}
+
+fn device_with(tracer: Option<Tracer>) -> Option<VulkanBackend> {
     let required = std::env::var("ORTHANT_REQUIRE_VULKAN").is_ok_and(|v| v == "1");
-    match VulkanBackend::new(&DeviceOptions { device: None, validate: true }) {
+    match VulkanBackend::new(&DeviceOptions { validate: true, tracer, ..DeviceOptions::default() }) {
         Ok(backend) => Some(backend),
         Err(error) if required => panic!("ORTHANT_REQUIRE_VULKAN is set: {error}"),
         Err(error) => {

@@ -4,11 +4,13 @@
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
+mod cache;
 mod debug;
 mod probe;
 
+pub use cache::CacheFolder;
 pub use debug::Messages;
-pub use probe::{DeviceInfo, Features, list};
+pub use probe::{DeviceInfo, Features, Tracer, list};
 
 use crate::error::{During, Result, VulkanError};
 use ash::{khr, vk};
@@ -29,6 +31,10 @@ pub struct DeviceOptions {
     pub device: Option<String>,
     /// Run under the validation layers, which have to be installed.
     pub validate: bool,
+    /// How rays are traced; without it by the ray tracing pipeline where there is one, else by ray queries.
+    pub tracer: Option<Tracer>,
+    /// Where compiled pipelines are kept between runs.
+    pub cache: CacheFolder,
 }
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -108,6 +114,8 @@ pub struct Device {
     pub(crate) accel: khr::acceleration_structure::Device,
     pub(crate) tracing: khr::ray_tracing_pipeline::Device,
     pub(crate) info: DeviceInfo,
+    pub(crate) tracer: Tracer,
+    pub(crate) pipelines: cache::PipelineCache,
     pub(crate) allocator: Mutex<ManuallyDrop<Allocator>>,
     instance: Instance,
 }
@@ -122,12 +130,21 @@ impl Device {
         let instance = Instance::new(options.validate)?;
         let all = probe::list_of(&instance.raw)?;
         let (physical, info) = probe::choose(all, options.device.as_deref())?;
+        let wanted = if info.has(Tracer::Pipeline) { Tracer::Pipeline } else { Tracer::Query };
+        let tracer = options.tracer.unwrap_or(wanted);
+        if !info.has(tracer) {
+            let what = match tracer {
+                Tracer::Pipeline => "ray tracing pipelines; trace by ray queries",
+                Tracer::Query => "ray queries; trace by the ray tracing pipeline",
+            };
+            return Err(VulkanError::NoDevice(format!("{} has no {what}, or use --backend cpu", info.name)));
+        }
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(info.queue_family).queue_priorities(&priorities)];
-        let names: Vec<*const c_char> = probe::extensions(info.features).map(CStr::as_ptr).collect();
+        let names: Vec<*const c_char> = probe::extensions(info.features, tracer).map(CStr::as_ptr).collect();
         let mut enabled = probe::Enabled::default();
-        let mut features = enabled.chain(info.features);
+        let mut features = enabled.chain(info.features, tracer);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&names)
@@ -154,13 +171,18 @@ impl Device {
                 return Err(VulkanError::Allocation { what, bytes: 0, why });
             }
         };
-        tracing::debug!(device = info.name, driver = info.driver, "opened a Vulkan device");
+        tracing::debug!(device = info.name, driver = info.driver, ?tracer, "opened a Vulkan device");
+        // SAFETY: the physical device is of this instance.
+        let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
+        let pipelines = cache::PipelineCache::open(&raw, &properties, &options.cache);
         Ok(Arc::new(Self {
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
             queue,
             queue_family: info.queue_family,
             info,
+            tracer,
+            pipelines,
             allocator: Mutex::new(ManuallyDrop::new(allocator)),
             raw,
             instance,
@@ -170,6 +192,16 @@ impl Device {
     /// What it is and can do.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
+    }
+
+    /// How it traces rays.
+    pub fn tracer(&self) -> Tracer {
+        self.tracer
+    }
+
+    /// Keeps what pipelines have been compiled to, for the next run. It never fails: what cannot be kept is compiled again.
+    pub(crate) fn keep_pipelines(&self) {
+        self.pipelines.keep(&self.raw);
     }
 
     /// What the validation layers have said so far; `None` without them.
@@ -192,6 +224,7 @@ impl Drop for Device {
         // been waited for by whoever handed it in (`Queue`).
         unsafe {
             ManuallyDrop::drop(allocator);
+            self.pipelines.destroy(&self.raw);
             self.raw.destroy_device(None);
         }
     }

@@ -5,13 +5,23 @@ use crate::error::{During, Result, VulkanError};
 use ash::{khr, vk};
 use std::ffi::CStr;
 
-/// Extensions without which nothing can be traced.
-pub(super) const REQUIRED: [&CStr; 3] =
-    [khr::deferred_host_operations::NAME, khr::acceleration_structure::NAME, khr::ray_tracing_pipeline::NAME];
+/// Extensions without which nothing can be traced; besides, one of the tracers has to be there.
+pub(super) const REQUIRED: [&CStr; 2] = [khr::deferred_host_operations::NAME, khr::acceleration_structure::NAME];
 
-/// What a device can do beyond what is required.
+/// How rays are traced.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tracer {
+    /// By the ray tracing pipeline, `VK_KHR_ray_tracing_pipeline`.
+    Pipeline,
+    /// By ray queries in a compute shader, `VK_KHR_ray_query`.
+    Query,
+}
+
+/// What a device can do beyond what every fit one can.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
+    /// `VK_KHR_ray_tracing_pipeline`; without it, `ray_query` is required.
+    pub ray_tracing_pipeline: bool,
     /// `VK_KHR_ray_query`.
     pub ray_query: bool,
     /// `VK_NV_ray_tracing_invocation_reorder`, where it does sort.
@@ -58,9 +68,18 @@ pub(crate) struct Limits {
     pub max_images: u32,
     pub max_image_size: u32,
     pub max_dispatch: u32,
+    pub max_dispatch_rows: u32,
 }
 
 impl DeviceInfo {
+    /// Whether it can trace rays so.
+    pub fn has(&self, tracer: Tracer) -> bool {
+        match tracer {
+            Tracer::Pipeline => self.features.ray_tracing_pipeline,
+            Tracer::Query => self.features.ray_query,
+        }
+    }
+
     /// Whether it is a processor that pretends to be a device.
     pub fn is_software(&self) -> bool {
         self.kind == "cpu"
@@ -160,15 +179,21 @@ pub(super) struct Enabled {
     v13: vk::PhysicalDeviceVulkan13Features<'static>,
     accel: vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
     tracing: vk::PhysicalDeviceRayTracingPipelineFeaturesKHR<'static>,
+    query: vk::PhysicalDeviceRayQueryFeaturesKHR<'static>,
     reorder: vk::PhysicalDeviceRayTracingInvocationReorderFeaturesNV<'static>,
 }
 
 /// Threads are sorted by what their rays have hit: `VK_NV_ray_tracing_invocation_reorder`.
 const REORDER: &CStr = c"VK_NV_ray_tracing_invocation_reorder";
 
-/// The extensions that are switched on.
-pub(super) fn extensions(features: Features) -> impl Iterator<Item = &'static CStr> {
-    REQUIRED.into_iter().chain(features.invocation_reorder.then_some(REORDER))
+/// The extensions that are switched on: those of one tracer, so that nothing counts on the other.
+pub(super) fn extensions(features: Features, tracer: Tracer) -> impl Iterator<Item = &'static CStr> {
+    let tracing: &[&CStr] = match tracer {
+        Tracer::Pipeline if features.invocation_reorder => &[khr::ray_tracing_pipeline::NAME, REORDER],
+        Tracer::Pipeline => &[khr::ray_tracing_pipeline::NAME],
+        Tracer::Query => &[khr::ray_query::NAME],
+    };
+    REQUIRED.into_iter().chain(tracing.iter().copied())
 }
 
 /// What is required, as (name, from the device's features, in what is switched on).
@@ -180,8 +205,10 @@ macro_rules! features {
             }
 
             /// All of them, and what is there of the others, to be switched on.
-            pub fn chain(&mut self, optional: Features) -> vk::PhysicalDeviceFeatures2<'_> {
+            pub fn chain(&mut self, optional: Features, tracer: Tracer) -> vk::PhysicalDeviceFeatures2<'_> {
                 *self = Self::default();
+                self.tracing.ray_tracing_pipeline = vk::TRUE;
+                self.query.ray_query = vk::TRUE;
                 self.reorder.ray_tracing_invocation_reorder = vk::TRUE;
                 $(self.$part.$field = vk::TRUE;)*
                 let core = vk::PhysicalDeviceFeatures::default().shader_int64(true);
@@ -190,9 +217,14 @@ macro_rules! features {
                     .push_next(&mut self.v11)
                     .push_next(&mut self.v12)
                     .push_next(&mut self.v13)
-                    .push_next(&mut self.accel)
-                    .push_next(&mut self.tracing);
-                if optional.invocation_reorder { chain.push_next(&mut self.reorder) } else { chain }
+                    .push_next(&mut self.accel);
+                match tracer {
+                    Tracer::Query => chain.push_next(&mut self.query),
+                    Tracer::Pipeline if optional.invocation_reorder => {
+                        chain.push_next(&mut self.tracing).push_next(&mut self.reorder)
+                    }
+                    Tracer::Pipeline => chain.push_next(&mut self.tracing),
+                }
             }
         }
     };
@@ -215,7 +247,6 @@ features! {
     v13.synchronization2 "synchronization2";
     v13.maintenance4 "maintenance4";
     accel.acceleration_structure "acceleration structures";
-    tracing.ray_tracing_pipeline "ray tracing pipelines";
 }
 
 fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
@@ -232,8 +263,11 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     if has(REORDER) {
         properties = properties.push_next(&mut reorder);
     }
-    if has(khr::ray_tracing_pipeline::NAME) && has(khr::acceleration_structure::NAME) {
-        properties = properties.push_next(&mut tracing).push_next(&mut accel);
+    if has(khr::ray_tracing_pipeline::NAME) {
+        properties = properties.push_next(&mut tracing);
+    }
+    if has(khr::acceleration_structure::NAME) {
+        properties = properties.push_next(&mut accel);
     }
     // SAFETY: the chain holds structures that the device knows.
     unsafe { instance.get_physical_device_properties2(device, &mut properties) };
@@ -251,8 +285,13 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             .push_next(&mut found.v11)
             .push_next(&mut found.v12)
             .push_next(&mut found.v13)
-            .push_next(&mut found.accel)
-            .push_next(&mut found.tracing);
+            .push_next(&mut found.accel);
+        if has(khr::ray_tracing_pipeline::NAME) {
+            chain = chain.push_next(&mut found.tracing);
+        }
+        if has(khr::ray_query::NAME) {
+            chain = chain.push_next(&mut found.query);
+        }
         if has(REORDER) {
             chain = chain.push_next(&mut found.reorder);
         }
@@ -262,6 +301,9 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             unfit.push("64-bit integers in shaders".to_owned());
         }
         unfit.extend(found.missing().map(str::to_owned));
+        if found.tracing.ray_tracing_pipeline == vk::FALSE && found.query.ray_query == vk::FALSE {
+            unfit.push("ray tracing pipelines or ray queries".to_owned());
+        }
     }
     // SAFETY: the device is of this instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(device) };
@@ -291,7 +333,8 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
         },
         memory: own.map(|heap| heap.size).sum(),
         features: Features {
-            ray_query: has(c"VK_KHR_ray_query"),
+            ray_tracing_pipeline: found.tracing.ray_tracing_pipeline == vk::TRUE,
+            ray_query: found.query.ray_query == vk::TRUE,
             // A device may know the extension and sort nothing: it says so.
             invocation_reorder: found.reorder.ray_tracing_invocation_reorder == vk::TRUE
                 && reorder.ray_tracing_invocation_reorder_reordering_hint
@@ -311,6 +354,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             max_images: indexing.max_per_stage_descriptor_update_after_bind_sampled_images,
             max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],
+            max_dispatch_rows: base.limits.max_compute_work_group_count[1],
         },
     }
 }

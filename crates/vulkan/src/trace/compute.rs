@@ -52,7 +52,7 @@ impl ComputePipeline {
             .name(entry);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
         // SAFETY: module and layout live until the call returns.
-        let made = unsafe { device.raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw(), &info, None) };
         let raw = made.map_err(|(_, error)| error).during("cannot make a pipeline").inspect_err(|_| {
             // SAFETY: nothing else has the layout.
             unsafe { device.raw.destroy_pipeline_layout(layout, None) }

@@ -4,7 +4,7 @@
 //! does in about the time that the caller gives, learnt from the dispatches before. Each dispatch adds to the sums on the
 //! device in a fixed order, so the film does not depend on how a block is cut.
 
-use super::{TlasSet, TracePipeline, pipeline::Generation};
+use super::{Generation, RayTracer, TlasSet};
 use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
@@ -34,7 +34,7 @@ const LONGEST: Duration = Duration::from_millis(100);
 pub(crate) struct Passes<'p> {
     pub device: &'p Arc<Device>,
     pub queue: &'p mut Queue,
-    pub pipeline: &'p TracePipeline,
+    pub pipeline: &'p RayTracer,
     pub tlas: &'p TlasSet,
     pub images: vk::DescriptorSet,
 }
@@ -98,6 +98,7 @@ impl Job {
         scene: &SceneTable,
         lights: &LightTable,
     ) -> Result<Self> {
+        passes.pipeline.check_width(frame.tile.width)?;
         let buffers = Buffers::new(passes.device, &frame)?;
         let mut commands = passes.queue.begin()?;
         commands.full_barrier();

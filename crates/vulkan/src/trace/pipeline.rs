@@ -23,7 +23,7 @@ pub(crate) enum Generation {
 pub(crate) struct TlasSet {
     device: Arc<Device>,
     pool: vk::DescriptorPool,
-    raw: vk::DescriptorSet,
+    pub(super) raw: vk::DescriptorSet,
 }
 
 /// See the module.
@@ -54,20 +54,13 @@ impl TracePipeline {
             miss: none,
             hit: none,
         };
-        let bindings = [vk::DescriptorSetLayoutBinding::default()
-            .binding(0)
-            .descriptor_type(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR)
-            .descriptor_count(1)
-            .stage_flags(vk::ShaderStageFlags::RAYGEN_KHR | vk::ShaderStageFlags::COMPUTE)];
-        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: the device lives; what is made is destroyed when `pipeline` is dropped.
-        pipeline.tlas_layout = unsafe { device.raw.create_descriptor_set_layout(&info, None) }.during(what)?;
+        pipeline.tlas_layout = tlas_layout(device, vk::ShaderStageFlags::RAYGEN_KHR)?;
         let layouts = [pipeline.tlas_layout, images];
         let push = [vk::PushConstantRange::default()
             .stage_flags(vk::ShaderStageFlags::RAYGEN_KHR | vk::ShaderStageFlags::ANY_HIT_KHR)
             .size(size_of::<TracePush>() as u32)];
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
-        // SAFETY: as above.
+        // SAFETY: the device lives; what is made is destroyed when `pipeline` is dropped.
         pipeline.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during(what)?;
 
         let module = ShaderModule::new(device, crate::shaders::PATH)?;
@@ -108,7 +101,7 @@ impl TracePipeline {
         // SAFETY: module and layout live until the call returns.
         let made = unsafe {
             let deferred = vk::DeferredOperationKHR::null();
-            device.tracing.create_ray_tracing_pipelines(deferred, vk::PipelineCache::null(), &info, None)
+            device.tracing.create_ray_tracing_pipelines(deferred, device.pipelines.raw(), &info, None)
         };
         pipeline.raw = made.map_err(|(_, error)| error).during(what)?[0];
         pipeline.fill_table(groups.len())?;
@@ -147,28 +140,7 @@ impl TracePipeline {
 
     /// A descriptor set with a TLAS.
     pub fn bind_tlas(&self, tlas: vk::AccelerationStructureKHR) -> Result<TlasSet> {
-        let what = "cannot bind the TLAS";
-        let sizes =
-            [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR).descriptor_count(1)];
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: the device lives.
-        let pool = unsafe { self.device.raw.create_descriptor_pool(&info, None) }.during(what)?;
-        let mut set = TlasSet { device: self.device.clone(), pool, raw: vk::DescriptorSet::null() };
-        let layouts = [self.tlas_layout];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
-        // SAFETY: the pool has room for one set of this layout.
-        set.raw = unsafe { self.device.raw.allocate_descriptor_sets(&info) }.during(what)?[0];
-        let structures = [tlas];
-        let mut with = vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&structures);
-        let write = [vk::WriteDescriptorSet::default()
-            .dst_set(set.raw)
-            .dst_binding(0)
-            .descriptor_count(1)
-            .descriptor_type(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR)
-            .push_next(&mut with)];
-        // SAFETY: nothing uses the set yet.
-        unsafe { self.device.raw.update_descriptor_sets(&write, &[]) };
-        Ok(set)
+        TlasSet::new(&self.device, self.tlas_layout, tlas)
     }
 
     /// Traces rays for `width` x `height` pixels.
@@ -206,6 +178,50 @@ impl Drop for TracePipeline {
             self.device.raw.destroy_pipeline_layout(self.layout, None);
             self.device.raw.destroy_descriptor_set_layout(self.tlas_layout, None);
         }
+    }
+}
+
+/// The layout of a [`TlasSet`] that shaders of some stages see.
+pub(super) fn tlas_layout(device: &Device, stages: vk::ShaderStageFlags) -> Result<vk::DescriptorSetLayout> {
+    let bindings = [vk::DescriptorSetLayoutBinding::default()
+        .binding(0)
+        .descriptor_type(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR)
+        .descriptor_count(1)
+        .stage_flags(stages)];
+    let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+    // SAFETY: the device lives; whoever asks for the layout destroys it.
+    unsafe { device.raw.create_descriptor_set_layout(&info, None) }.during("cannot bind the TLAS")
+}
+
+impl TlasSet {
+    /// A set of a layout, with a TLAS.
+    pub(super) fn new(
+        device: &Arc<Device>,
+        layout: vk::DescriptorSetLayout,
+        tlas: vk::AccelerationStructureKHR,
+    ) -> Result<Self> {
+        let what = "cannot bind the TLAS";
+        let sizes =
+            [vk::DescriptorPoolSize::default().ty(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR).descriptor_count(1)];
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        // SAFETY: the device lives.
+        let pool = unsafe { device.raw.create_descriptor_pool(&info, None) }.during(what)?;
+        let mut set = Self { device: device.clone(), pool, raw: vk::DescriptorSet::null() };
+        let layouts = [layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+        // SAFETY: the pool has room for one set of this layout.
+        set.raw = unsafe { device.raw.allocate_descriptor_sets(&info) }.during(what)?[0];
+        let structures = [tlas];
+        let mut with = vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&structures);
+        let write = [vk::WriteDescriptorSet::default()
+            .dst_set(set.raw)
+            .dst_binding(0)
+            .descriptor_count(1)
+            .descriptor_type(vk::DescriptorType::ACCELERATION_STRUCTURE_KHR)
+            .push_next(&mut with)];
+        // SAFETY: nothing uses the set yet.
+        unsafe { device.raw.update_descriptor_sets(&write, &[]) };
+        Ok(set)
     }
 }
 
