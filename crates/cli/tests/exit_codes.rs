@@ -43,6 +43,7 @@ fn wrong_usage_is_2() {
     fail(&f, &["generate", "city", "--nodes", "3", "-o", "x.glb"], 2, &["64"]);
     fail(&f, &["generate", "cornell", "-o", "x.obj"], 2, &[".glb"]);
     fail(&f, &["compare", "a.png", "b.png", "--fail-above", "psnr=3"], 2, &["psnr"]);
+    fail(&f, &["render", "box.glb", "-o", "x.png", "--env", "1,-1,1"], 2, &["--env", "0 or more"]);
     assert!(!f.join("out.png").exists());
 }
 

@@ -100,6 +100,12 @@ pub struct FrameTable {
     pub filter_radius: f32,
     /// One past the last sample of the frame: with it the last block ends, whole or not.
     pub end_sample: u32,
+    /// Columns of four numbers of the paths under way (`stages.slang`); 0 where a frame is not traced in stages.
+    pub paths: Address,
+    /// Paths in a column.
+    pub path_stride: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// What the ray through a pixel's centre hits.

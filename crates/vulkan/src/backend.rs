@@ -2,7 +2,7 @@
 
 use crate::device::{Device, DeviceOptions, Messages};
 use crate::error::{Result, VulkanError};
-use crate::memory::{Queue, Staging};
+use crate::memory::{Buffer, Queue, Staging};
 use crate::scene::{Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
@@ -21,6 +21,8 @@ pub struct VulkanBackend {
     job: Option<Job>,
     tlas: Option<TlasSet>,
     pipeline: RayTracer,
+    /// Memory of the paths under way.
+    paths: Option<Buffer>,
     scene: ResidentScene,
     staging: Staging,
     device: Arc<Device>,
@@ -59,6 +61,7 @@ impl VulkanBackend {
             job: None,
             tlas: None,
             pipeline,
+            paths: None,
             scene,
             staging,
             device,
@@ -162,6 +165,7 @@ macro_rules! job_and_passes {
             pipeline: &$backend.pipeline,
             tlas,
             images: $backend.scene.images.set,
+            paths: &mut $backend.paths,
         };
         (&mut $backend.job, passes)
     }};

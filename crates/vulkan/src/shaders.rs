@@ -4,10 +4,13 @@
 /// The pass that writes TLAS instances.
 pub(crate) const INSTANCES: &[u8] = include_bytes!("../shaders/spirv/instances.spv");
 
-/// The path tracer.
+/// The ray tracing pipeline of the path tracer.
 pub(crate) const PATH: &[u8] = include_bytes!("../shaders/spirv/path.spv");
 
-/// Its ray generation for devices that sort threads by what their rays have hit.
+/// The stages of the path tracer that trace no ray.
+pub(crate) const PATH_STAGES: &[u8] = include_bytes!("../shaders/spirv/path_stages.spv");
+
+/// The path tracer in one ray generation shader, for devices that sort threads by what their rays have hit.
 pub(crate) const PATH_REORDER: &[u8] = include_bytes!("../shaders/spirv/path_reorder.spv");
 
 /// The path tracer as compute shaders with ray queries.

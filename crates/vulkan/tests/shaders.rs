@@ -81,12 +81,14 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
         ("hit_any", Model::AnyHitNV),
         ("hit_closest", Model::ClosestHitNV),
         ("missed", Model::MissNV),
-        ("trace_block", Model::RayGenerationNV),
         ("trace_centers", Model::RayGenerationNV),
+        ("trace_paths", Model::RayGenerationNV),
     ];
+    let stages = [("light_paths", Model::GLCompute), ("shade_paths", Model::GLCompute)];
     let query = [("query_block", Model::GLCompute), ("query_centers", Model::GLCompute)];
     let expected = [
         ("path", &path[..]),
+        ("path_stages", &stages),
         ("path_query", &query),
         ("path_reorder", &[("trace_block", Model::RayGenerationNV)]),
         ("instances", &[("write_instances", Model::GLCompute)]),

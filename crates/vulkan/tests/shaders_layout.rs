@@ -152,7 +152,8 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
         layout!(FrameTable {
             scene, lights, film, block, albedo, normal, centers, counters, position, projection, right, size, up,
             lens_radius, forward, focus_distance, near, far, width, height, tile_x, tile_y, tile_width, tile_height,
-            seed, max_depth, roulette_depth, firefly_clamp, estimator, filter, filter_radius, end_sample,
+            seed, max_depth, roulette_depth, firefly_clamp, estimator, filter, filter_radius, end_sample, paths,
+            path_stride, reserved,
         }),
         layout!(CenterHit { position, depth, node, primitive, material, reserved }),
         layout!(SceneTable {

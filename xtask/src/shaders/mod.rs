@@ -36,8 +36,9 @@ const ARGUMENTS: [&str; 13] = [
 
 /// The modules by the name of their source, with what they are compiled with besides. Optional capabilities are in modules
 /// of their own: a device takes no module with one that it has not.
-const MODULES: [(&str, &[&str]); 4] = [
+const MODULES: [(&str, &[&str]); 5] = [
     ("path", &[]),
+    ("path_stages", &[]),
     ("path_query", &[]),
     ("path_reorder", &["-capability", "spvShaderInvocationReorderNV"]),
     ("instances", &[]),

@@ -105,9 +105,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "W.orw", help_heading = "Scene")]
     pub world: Option<PathBuf>,
 
-    /// What surrounds the scene: an .hdr or .exr file, sky or none [default: none for a scene with light of its own,
-    /// else sky]
-    #[arg(long, value_name = "FILE|sky|none", help_heading = "Light")]
+    /// What surrounds the scene: an .hdr or .exr file, sky, none, or one radiance all around [default: none for a scene with
+    /// light of its own, else sky]
+    #[arg(long, value_name = "FILE|sky|none|white|R,G,B", help_heading = "Light")]
     pub env: Option<EnvArg>,
     /// Turns it about the vertical, counter-clockwise from above
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true,
@@ -165,24 +165,36 @@ fn field_of_view(text: &str) -> Result<f32, String> {
 }
 
 /// `--env`
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum EnvArg {
     /// The built-in sky.
     Sky,
     /// Black.
     None,
+    /// The same radiance from everywhere.
+    Constant([f32; 3]),
     /// A latitude-longitude image.
     File(PathBuf),
 }
 
 impl std::str::FromStr for EnvArg {
-    type Err = std::convert::Infallible;
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match text {
             "sky" => Self::Sky,
             "none" => Self::None,
-            file => Self::File(file.into()),
+            "white" => Self::Constant([1.0; 3]),
+            _ => match text.parse::<Vector>() {
+                Ok(Vector(radiance)) => {
+                    let radiance = radiance.map(|x| x as f32);
+                    if !radiance.iter().all(|&x| (0.0..f32::INFINITY).contains(&x)) {
+                        return Err("expected three finite numbers, 0 or more, such as 1,0.5,0".into());
+                    }
+                    Self::Constant(radiance)
+                }
+                Err(_) => Self::File(text.into()),
+            },
         })
     }
 }

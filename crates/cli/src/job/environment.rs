@@ -24,6 +24,7 @@ pub fn select(loaded: &Loaded, args: &RenderArgs, max_memory: u64) -> Result<Env
     };
     let mut environment = match chosen {
         EnvArg::None => Environment::none(),
+        EnvArg::Constant(radiance) => Environment::constant(radiance),
         EnvArg::Sky => clear_sky(sun_direction(args.sun.0)),
         EnvArg::File(path) => Environment { map: Some(Arc::new(read_map(&path, max_memory)?)), ..Environment::none() },
     };
@@ -75,6 +76,18 @@ mod tests {
         assert!(close(sun_direction([0.0, 0.0]), Vec3::Z));
         assert!(close(sun_direction([90.0, 0.0]), Vec3::X));
         assert!(close(sun_direction([30.0, 90.0]), Vec3::Y));
+    }
+
+    #[test]
+    fn three_numbers_are_one_radiance_all_around() {
+        assert_eq!("white".parse(), Ok(EnvArg::Constant([1.0; 3])));
+        assert_eq!("0.5,0,2e3".parse(), Ok(EnvArg::Constant([0.5, 0.0, 2000.0])));
+        for bad in ["1,-0.5,1", "0,0,1e39"] {
+            assert!(bad.parse::<EnvArg>().is_err(), "{bad}");
+        }
+        for file in ["./1,2,3", "1,2", "1,2,3.hdr", "White"] {
+            assert_eq!(file.parse(), Ok(EnvArg::File(file.into())));
+        }
     }
 
     #[test]

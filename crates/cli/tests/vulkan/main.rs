@@ -150,6 +150,39 @@ fn generated_scenes_give_the_hits_and_the_images_of_the_cpu_backend() {
     }
 }
 
+/// What is handed in at once ends before the longest of these paths do.
+#[test]
+fn long_paths_are_those_of_the_cpu_backend() {
+    let folder = tempfile::tempdir().expect("folder");
+    let Some(mut vulkan) = device() else { return };
+    program::succeed(folder.path(), &["generate", "cornell", "-o", "cornell.glb"]);
+    let loaded = open(&folder.path().join("cornell.glb"));
+    let frame = Frame { max_depth: 500, roulette_depth: 40, ..frame(&loaded, (40, 24), 19) };
+    let mut loaded = loaded;
+    let batch = loaded.derived.load_batch();
+    let mut cpu = CpuBackend::new();
+    cpu.apply(batch.clone()).expect("the batch is sound");
+    vulkan.apply(batch).expect("the batch is sound");
+    let finish = |backend: &mut dyn Backend| {
+        let ticket = backend.submit(frame.clone()).expect("the frame is sound");
+        let status = loop {
+            let status = backend.poll(ticket, Duration::from_secs(1)).expect("the device works");
+            if status.is_done() {
+                break status;
+            }
+        };
+        (status, backend.read_film(ticket).expect("the film is there"))
+    };
+    let (expected, reference) = finish(&mut cpu);
+    let (found, film) = finish(&mut vulkan);
+    assert_eq!((found.done, found.rays.camera), (expected.done, expected.rays.camera));
+    let bounces = found.rays.bounce as f64 / expected.rays.bounce as f64;
+    assert!((bounces - 1.0).abs() < 1e-3, "{} rays between surfaces, not {}", found.rays.bounce, expected.rays.bounce);
+    let (error, means) = images(&reference.resolve(), &film.resolve());
+    assert!(error <= 1e-3 && (means - 1.0).abs() <= 1e-3, "{error} {means}");
+    assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
+}
+
 /// glTF files of a folder of shared assets.
 fn assets(folder: &str) -> Vec<std::path::PathBuf> {
     let Ok(root) = std::env::var("ORTHANT_ASSETS") else {

@@ -262,6 +262,14 @@ impl Commands {
         self.barrier((ALL, READS_AND_WRITES), (ALL, READS_AND_WRITES));
     }
 
+    /// Between shaders that trace paths.
+    pub fn shader_barrier(&mut self) {
+        use vk::{AccessFlags2 as Access, PipelineStageFlags2 as Stage};
+        let shaders = Stage::RAY_TRACING_SHADER_KHR | Stage::COMPUTE_SHADER;
+        let storage = Access::SHADER_STORAGE_READ | Access::SHADER_STORAGE_WRITE;
+        self.barrier((shaders, storage), (shaders, storage));
+    }
+
     /// Before writes to what earlier frames may still read.
     pub fn begin_writes(&mut self) {
         self.full_barrier();

@@ -30,6 +30,18 @@ impl<'d> ShaderModule<'d> {
         let raw = unsafe { device.raw.create_shader_module(&info, None) }.during("cannot load a shader")?;
         Ok(Self { device, raw })
     }
+
+    /// The pipeline of one of its compute shaders; the caller destroys it.
+    pub fn compute_pipeline(&self, entry: &CStr, layout: vk::PipelineLayout) -> Result<vk::Pipeline> {
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(self.raw)
+            .name(entry);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+        // SAFETY: module and layout live until the call returns.
+        let made = unsafe { self.device.raw.create_compute_pipelines(self.device.pipelines.raw(), &info, None) };
+        Ok(made.map_err(|(_, error)| error).during("cannot make a pipeline")?[0])
+    }
 }
 
 impl Drop for ShaderModule<'_> {
@@ -46,18 +58,11 @@ impl ComputePipeline {
         let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
         // SAFETY: the device lives.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during("cannot make a pipeline")?;
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module.raw)
-            .name(entry);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-        // SAFETY: module and layout live until the call returns.
-        let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw(), &info, None) };
-        let raw = made.map_err(|(_, error)| error).during("cannot make a pipeline").inspect_err(|_| {
+        let raw = module.compute_pipeline(entry, layout).inspect_err(|_| {
             // SAFETY: nothing else has the layout.
             unsafe { device.raw.destroy_pipeline_layout(layout, None) }
         })?;
-        Ok(Self { device: device.clone(), raw: raw[0], layout })
+        Ok(Self { device: device.clone(), raw, layout })
     }
 
     /// Runs it over a number of groups.

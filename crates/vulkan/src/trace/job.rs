@@ -3,6 +3,9 @@
 //! The samples of a frame are cut into blocks, and a block into dispatches of whole rows of the tile: as many as the device
 //! does in about the time that the caller gives, learnt from the dispatches before. Each dispatch adds to the sums on the
 //! device in a fixed order, so the film does not depend on how a block is cut.
+//!
+//! Where paths are traced in stages, what is called a dispatch here is one for each stage of each vertex that the longest
+//! path may have, if need be in several submissions: those that find all paths at their end take next to no time.
 
 use super::{Generation, RayTracer, TlasSet};
 use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
@@ -30,6 +33,18 @@ const COUNTERS: u64 = 16 * COUNTER_SETS;
 /// Time that one dispatch should take at most: longer ones make a desktop stutter.
 const LONGEST: Duration = Duration::from_millis(100);
 
+/// Paths that are under way where they are traced in stages: as many as take this part of the device's memory, within bounds
+/// (and a row of the tile). The more there are, the less it counts that stages wait for each other.
+const MEMORY_SHARE: u64 = 64;
+const LEAST_PATHS: u64 = 1 << 16;
+const MOST_PATHS: u64 = 1 << 21;
+/// Columns of four numbers that are kept of a path; `Column` of the shaders.
+const COLUMNS: u64 = 15;
+/// The column with what is to be done with a path: `Column::THROUGHPUT`.
+const STATUS_COLUMN: u64 = 2;
+/// Vertices that one submission traces.
+const VERTICES: u64 = 128;
+
 /// What the passes of a frame need of the scene.
 pub(crate) struct Passes<'p> {
     pub device: &'p Arc<Device>,
@@ -37,15 +52,33 @@ pub(crate) struct Passes<'p> {
     pub pipeline: &'p RayTracer,
     pub tlas: &'p TlasSet,
     pub images: vk::DescriptorSet,
+    /// Memory of the paths under way, which one frame leaves to the next.
+    pub paths: &'p mut Option<Buffer>,
 }
 
 /// A dispatch that is on its way.
 struct Flight {
     submission: u64,
+    /// Samples that are taken with it: none before the last submission of a dispatch.
     samples: u64,
+    /// Number of the dispatch.
+    dispatch: u64,
     /// Which four counters are its own.
     slot: u32,
     handed_in: Instant,
+}
+
+/// Rows of a block that are being handed in.
+struct Dispatch {
+    number: u64,
+    rows: u32,
+    samples: u64,
+    /// Samples that are known to be taken.
+    taken: u64,
+    /// Vertices that paths may still have.
+    vertices: u64,
+    /// The status of its paths is set.
+    begun: bool,
 }
 
 pub(crate) struct Job {
@@ -55,10 +88,16 @@ pub(crate) struct Job {
     /// First sample of the block that is being handed in, and the rows of it that have been.
     sample: u32,
     row: u32,
+    /// Paths that may be under way, where they are traced in stages.
+    stride: u64,
+    dispatch: Option<Dispatch>,
+    dispatches: u64,
     has_centers: bool,
     flying: VecDeque<Flight>,
     /// Seconds that a sample takes, once that is known.
     pace: Option<f64>,
+    /// Seconds that the submissions before have taken for the oldest dispatch.
+    took: f64,
     /// When the last dispatch was seen to be done.
     last_done: Instant,
     /// Blocks by themselves: index, samples, where their sums are or will be.
@@ -100,11 +139,25 @@ impl Job {
     ) -> Result<Self> {
         passes.pipeline.check_width(frame.tile.width)?;
         let buffers = Buffers::new(passes.device, &frame)?;
+        let tile = frame.tile;
+        let pixels = u64::from(tile.width) * u64::from(tile.height);
+        let room = passes.device.info.memory / MEMORY_SHARE / (16 * COLUMNS);
+        let stride = pixels.min(room.clamp(LEAST_PATHS, MOST_PATHS).max(u64::from(tile.width)));
+        let is_staged = passes.pipeline.staged().is_some();
+        if is_staged && passes.paths.as_ref().is_none_or(|paths| paths.size < COLUMNS * 16 * stride) {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+            let new = Buffer::new(passes.device, "paths under way", COLUMNS * 16 * stride, usage, Place::Device)?;
+            if let Some(old) = passes.paths.replace(new) {
+                passes.queue.retire(old);
+            }
+        }
+        let paths = passes.paths.as_ref().filter(|_| is_staged).map_or(0, |paths| paths.address);
+        let table = FrameTable { paths, path_stride: stride as u32, ..buffers.table(&frame) };
         let mut commands = passes.queue.begin()?;
         commands.full_barrier();
         commands.update(buffers.tables.raw, SCENE_AT, bytemuck::bytes_of(scene));
         commands.update(buffers.tables.raw, LIGHTS_AT, bytemuck::bytes_of(lights));
-        commands.update(buffers.tables.raw, FRAME_AT, bytemuck::bytes_of(&buffers.table(&frame)));
+        commands.update(buffers.tables.raw, FRAME_AT, bytemuck::bytes_of(&table));
         let sums = [Some(&buffers.film), Some(&buffers.block), buffers.albedo.as_ref(), buffers.normal.as_ref()];
         for sum in sums.into_iter().flatten() {
             commands.fill(sum.raw, 0, sum.size / 4 * 4, 0);
@@ -115,9 +168,13 @@ impl Job {
             ticket,
             sample: frame.samples.start,
             row: 0,
+            stride,
+            dispatch: None,
+            dispatches: 0,
             has_centers: false,
             flying: VecDeque::new(),
             pace: None,
+            took: 0.0,
             last_done: Instant::now(),
             kept: Vec::new(),
             slots: 0,
@@ -166,18 +223,46 @@ impl Job {
         Ok(())
     }
 
-    /// Hands in the next rows of the block.
-    fn hand_in(&mut self, passes: &mut Passes<'_>, time: Duration) -> Result<()> {
-        let Some(buffers) = &self.buffers else { return Ok(()) };
+    /// The next rows of the block, as many as take about a time.
+    fn next_dispatch(&mut self, time: Duration, is_staged: bool, most_rows: u32) -> Dispatch {
         let (tile, end) = (self.frame.tile, self.block_end());
         let a_row = u64::from(tile.width) * u64::from(end - self.sample);
         let samples = self.pace.map_or(FIRST_SAMPLES as f64, |pace| time.as_secs_f64() / pace);
-        let rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
+        let mut rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
+        if is_staged {
+            rows = rows.min((self.stride / u64::from(tile.width)) as u32).min(most_rows);
+        }
+        self.dispatches += 1;
+        Dispatch {
+            number: self.dispatches,
+            rows,
+            samples: a_row * u64::from(rows),
+            taken: 0,
+            vertices: u64::from(end - self.sample) * u64::from(self.frame.max_depth),
+            begun: false,
+        }
+    }
+
+    /// Hands in the next rows of the block, or more vertices of their paths.
+    fn hand_in(&mut self, passes: &mut Passes<'_>, time: Duration) -> Result<()> {
+        let is_staged = passes.pipeline.staged().is_some();
+        let mut dispatch = match self.dispatch.take() {
+            Some(dispatch) => dispatch,
+            None => self.next_dispatch(time, is_staged, passes.device.info.limits.max_dispatch_rows.max(1)),
+        };
+        let Some(buffers) = &self.buffers else { return Ok(()) };
+        let (tile, end, rows) = (self.frame.tile, self.block_end(), dispatch.rows);
         let slot = self.slots % AHEAD as u32;
         self.slots += 1;
 
         let mut commands = passes.queue.begin()?;
+        commands.full_barrier();
         commands.fill(buffers.counters.raw, u64::from(slot) * COUNTERS, COUNTERS, 0);
+        if let Some(paths) = passes.paths.as_ref().filter(|_| is_staged && !dispatch.begun) {
+            let count = u64::from(tile.width) * u64::from(rows);
+            commands.fill(paths.raw, STATUS_COLUMN * 16 * self.stride, 16 * count, 0);
+            dispatch.begun = true;
+        }
         commands.full_barrier();
         let mut push = TracePush {
             frame: buffers.tables.address + FRAME_AT,
@@ -186,7 +271,17 @@ impl Job {
             end_sample: end,
             counters: slot,
         };
-        passes.pipeline.trace(&mut commands, Generation::Block, passes.tlas, passes.images, &push, (tile.width, rows));
+        let size = (tile.width, rows);
+        let mut is_handed_in = true;
+        if let Some(pipeline) = passes.pipeline.staged() {
+            let vertices = dispatch.vertices.min(VERTICES);
+            dispatch.vertices -= vertices;
+            is_handed_in = dispatch.vertices == 0;
+            let vertices = (vertices as u32, is_handed_in);
+            pipeline.trace_vertices(&mut commands, passes.tlas, passes.images, &push, size, vertices);
+        } else {
+            passes.pipeline.trace(&mut commands, Generation::Block, passes.tlas, passes.images, &push, size);
+        }
         if !self.has_centers && buffers.centers.is_some() {
             // With the first rows; it is one ray a pixel.
             push.first_row = 0;
@@ -201,8 +296,7 @@ impl Job {
             size: COUNTERS,
         };
         commands.copy(buffers.counters.raw, buffers.read_counters.raw, &[counters]);
-        self.row += rows;
-        let is_whole = self.row == tile.height;
+        let is_whole = is_handed_in && self.row + rows == tile.height;
         if is_whole && self.frame.keep_blocks {
             let size = buffers.block.size;
             let usage = vk::BufferUsageFlags::TRANSFER_DST;
@@ -212,10 +306,15 @@ impl Job {
         }
         commands.host_barrier();
         let submission = passes.queue.submit(commands)?;
-        let samples = a_row * u64::from(rows);
-        self.flying.push_back(Flight { submission, samples, slot, handed_in: Instant::now() });
+        let samples = if is_handed_in { dispatch.samples } else { 0 };
+        let handed_in = Instant::now();
+        self.flying.push_back(Flight { submission, samples, dispatch: dispatch.number, slot, handed_in });
         if is_whole {
             (self.sample, self.row) = (end, 0);
+        } else if is_handed_in {
+            self.row += rows;
+        } else {
+            self.dispatch = Some(dispatch);
         }
         Ok(())
     }
@@ -233,10 +332,20 @@ impl Job {
             self.rays.shadow += of(2);
             self.discarded += of(3);
             self.done += flight.samples;
+            if let Some(dispatch) = self.dispatch.as_mut().filter(|dispatch| dispatch.number == flight.dispatch) {
+                dispatch.taken += of(0);
+                if dispatch.taken == dispatch.samples {
+                    dispatch.vertices = 0;
+                }
+            }
             let now = Instant::now();
             let took = now.duration_since(flight.handed_in.max(self.last_done)).as_secs_f64();
             self.last_done = now;
-            let pace = took / flight.samples as f64;
+            self.took += took;
+            if flight.samples == 0 {
+                continue;
+            }
+            let pace = std::mem::take(&mut self.took) / flight.samples as f64;
             // The first dispatch of a device may compile its shaders: what is faster counts at once.
             self.pace =
                 Some(self.pace.map_or(pace, |before| if pace < before { pace } else { 0.7 * before + 0.3 * pace }));
@@ -246,7 +355,7 @@ impl Job {
 
     /// The film: whole blocks only. A block that was begun is brought to its end first.
     pub fn into_film(mut self, passes: &mut Passes<'_>) -> Result<Film> {
-        while self.row > 0 {
+        while self.row > 0 || self.dispatch.is_some() {
             self.hand_in(passes, LONGEST)?;
         }
         let samples = self.sample - self.frame.samples.start;
@@ -397,6 +506,9 @@ impl Buffers {
             filter,
             filter_radius,
             end_sample: frame.samples.end,
+            paths: 0,
+            path_stride: 0,
+            reserved: 0,
         }
     }
 }

@@ -55,6 +55,14 @@ impl RayTracer {
         }
     }
 
+    /// The pipelines that trace paths in stages, if these do.
+    pub fn staged(&self) -> Option<&TracePipeline> {
+        match self {
+            Self::Pipeline(pipeline) => Some(pipeline.as_ref()).filter(|pipeline| pipeline.is_staged()),
+            Self::Query(_) => None,
+        }
+    }
+
     /// Traces rays for `width` x `height` pixels.
     pub fn trace(
         &self,

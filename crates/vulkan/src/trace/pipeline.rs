@@ -1,4 +1,8 @@
-//! The ray tracing pipeline of the path tracer.
+//! The pipelines of the path tracer.
+//!
+//! A path is traced in stages (`shaders/stages.slang`): small programs that run over all paths in turn, those that trace rays
+//! in the ray tracing pipeline, the others in compute pipelines. Devices that sort threads by what their rays have hit take
+//! the whole path tracer in one ray generation shader instead.
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
@@ -13,11 +17,27 @@ use std::sync::Arc;
 /// Which ray generation shader runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Generation {
-    /// Samples of a block.
+    /// Samples of a block; where paths are traced in stages, the first stage.
     Block = 0,
     /// What the rays through pixel centres hit.
     Centers = 1,
 }
+
+/// The stages that trace no ray.
+struct Stages {
+    shade: vk::Pipeline,
+    light: vk::Pipeline,
+}
+
+/// Threads of a group of them: pixels side by side.
+const GROUP: u32 = 64;
+
+/// Shaders that see the push constants.
+const PUSHED: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
+    vk::ShaderStageFlags::RAYGEN_KHR.as_raw()
+        | vk::ShaderStageFlags::ANY_HIT_KHR.as_raw()
+        | vk::ShaderStageFlags::COMPUTE.as_raw(),
+);
 
 /// Descriptor set 0: the TLAS. One for each structure; it is never written again.
 pub(crate) struct TlasSet {
@@ -37,6 +57,7 @@ pub(crate) struct TracePipeline {
     generation: [vk::StridedDeviceAddressRegionKHR; 2],
     miss: vk::StridedDeviceAddressRegionKHR,
     hit: vk::StridedDeviceAddressRegionKHR,
+    stages: Option<Stages>,
 }
 
 impl TracePipeline {
@@ -53,12 +74,11 @@ impl TracePipeline {
             generation: [none; 2],
             miss: none,
             hit: none,
+            stages: None,
         };
         pipeline.tlas_layout = tlas_layout(device, vk::ShaderStageFlags::RAYGEN_KHR)?;
         let layouts = [pipeline.tlas_layout, images];
-        let push = [vk::PushConstantRange::default()
-            .stage_flags(vk::ShaderStageFlags::RAYGEN_KHR | vk::ShaderStageFlags::ANY_HIT_KHR)
-            .size(size_of::<TracePush>() as u32)];
+        let push = [vk::PushConstantRange::default().stage_flags(PUSHED).size(size_of::<TracePush>() as u32)];
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
         // SAFETY: the device lives; what is made is destroyed when `pipeline` is dropped.
         pipeline.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during(what)?;
@@ -66,13 +86,24 @@ impl TracePipeline {
         let module = ShaderModule::new(device, crate::shaders::PATH)?;
         let reorders = device.info.features.invocation_reorder;
         let reordered = if reorders { Some(ShaderModule::new(device, crate::shaders::PATH_REORDER)?) } else { None };
+        if !reorders {
+            let module = ShaderModule::new(device, crate::shaders::PATH_STAGES)?;
+            let (shade, light) = (vk::Pipeline::null(), vk::Pipeline::null());
+            let stages = pipeline.stages.insert(Stages { shade, light });
+            stages.shade = module.compute_pipeline(c"shade_paths", pipeline.layout)?;
+            stages.light = module.compute_pipeline(c"light_paths", pipeline.layout)?;
+        }
         let of = |module: &ShaderModule<'_>, stage, name| {
             vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(name)
         };
         let stage = |stage, name| of(&module, stage, name);
         use vk::ShaderStageFlags as Stage;
+        let block = match &reordered {
+            Some(reordered) => of(reordered, Stage::RAYGEN_KHR, c"trace_block"),
+            None => stage(Stage::RAYGEN_KHR, c"trace_paths"),
+        };
         let stages = [
-            of(reordered.as_ref().unwrap_or(&module), Stage::RAYGEN_KHR, c"trace_block"),
+            block,
             stage(Stage::RAYGEN_KHR, c"trace_centers"),
             stage(Stage::MISS_KHR, c"missed"),
             stage(Stage::CLOSEST_HIT_KHR, c"hit_closest"),
@@ -143,6 +174,56 @@ impl TracePipeline {
         TlasSet::new(&self.device, self.tlas_layout, tlas)
     }
 
+    /// Whether paths are traced in stages, by [`Self::trace_vertices`].
+    pub fn is_staged(&self) -> bool {
+        self.stages.is_some()
+    }
+
+    /// Takes every path of `width` x `height` pixels over at most `vertices` vertices. With `last` it then settles those that
+    /// have come to their end.
+    pub fn trace_vertices(
+        &self,
+        commands: &mut Commands,
+        tlas: &TlasSet,
+        images: vk::DescriptorSet,
+        push: &TracePush,
+        size: (u32, u32),
+        (vertices, last): (u32, bool),
+    ) {
+        let Some(stages) = &self.stages else { return };
+        for _ in 0..vertices {
+            self.trace(commands, Generation::Block, tlas, images, push, size);
+            for stage in [stages.shade, stages.light] {
+                commands.shader_barrier();
+                self.compute(commands, stage, tlas, images, push, size);
+            }
+            commands.shader_barrier();
+        }
+        if last {
+            self.trace(commands, Generation::Block, tlas, images, push, size);
+        }
+    }
+
+    fn compute(
+        &self,
+        commands: &mut Commands,
+        pipeline: vk::Pipeline,
+        tlas: &TlasSet,
+        images: vk::DescriptorSet,
+        push: &TracePush,
+        (width, height): (u32, u32),
+    ) {
+        let point = vk::PipelineBindPoint::COMPUTE;
+        // SAFETY: as for `trace`.
+        unsafe {
+            let raw = &self.device.raw;
+            raw.cmd_bind_pipeline(commands.raw, point, pipeline);
+            raw.cmd_bind_descriptor_sets(commands.raw, point, self.layout, 0, &[tlas.raw, images], &[]);
+            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, bytemuck::bytes_of(push));
+            raw.cmd_dispatch(commands.raw, width.div_ceil(GROUP), height, 1);
+        }
+    }
+
     /// Traces rays for `width` x `height` pixels.
     pub fn trace(
         &self,
@@ -154,7 +235,6 @@ impl TracePipeline {
         (width, height): (u32, u32),
     ) {
         let point = vk::PipelineBindPoint::RAY_TRACING_KHR;
-        let stages = vk::ShaderStageFlags::RAYGEN_KHR | vk::ShaderStageFlags::ANY_HIT_KHR;
         let callable = vk::StridedDeviceAddressRegionKHR::default();
         let record = &self.generation[generation as usize];
         // SAFETY: pipeline, table, sets and all that the push constants lead to live until the commands are done: the
@@ -163,7 +243,7 @@ impl TracePipeline {
             let raw = &self.device.raw;
             raw.cmd_bind_pipeline(commands.raw, point, self.raw);
             raw.cmd_bind_descriptor_sets(commands.raw, point, self.layout, 0, &[tlas.raw, images], &[]);
-            raw.cmd_push_constants(commands.raw, self.layout, stages, 0, bytemuck::bytes_of(push));
+            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, bytemuck::bytes_of(push));
             let (miss, hit) = (&self.miss, &self.hit);
             self.device.tracing.cmd_trace_rays(commands.raw, record, miss, hit, &callable, width, height, 1);
         }
@@ -175,6 +255,10 @@ impl Drop for TracePipeline {
         // SAFETY: the backend drops it after its queue's work is done. Null handles are let pass.
         unsafe {
             self.device.raw.destroy_pipeline(self.raw, None);
+            if let Some(stages) = &self.stages {
+                self.device.raw.destroy_pipeline(stages.shade, None);
+                self.device.raw.destroy_pipeline(stages.light, None);
+            }
             self.device.raw.destroy_pipeline_layout(self.layout, None);
             self.device.raw.destroy_descriptor_set_layout(self.tlas_layout, None);
         }

@@ -41,14 +41,7 @@ impl QueryPipeline {
         pipeline.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during(what)?;
         let module = ShaderModule::new(device, crate::shaders::PATH_QUERY)?;
         for (slot, name) in pipeline.raw.iter_mut().zip([c"query_block", c"query_centers"]) {
-            let stage = vk::PipelineShaderStageCreateInfo::default()
-                .stage(vk::ShaderStageFlags::COMPUTE)
-                .module(module.raw)
-                .name(name);
-            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
-            // SAFETY: module and layout live until the call returns.
-            let made = unsafe { device.raw.create_compute_pipelines(device.pipelines.raw(), &info, None) };
-            *slot = made.map_err(|(_, error)| error).during(what)?[0];
+            *slot = module.compute_pipeline(name, pipeline.layout)?;
         }
         Ok(pipeline)
     }
