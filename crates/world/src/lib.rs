@@ -29,6 +29,7 @@
 
 mod block;
 mod chunk;
+pub mod edit;
 pub mod generate;
 mod palette;
 mod space;

@@ -4,11 +4,13 @@
 //! are left) and puts one chunk into each. A cell whose content no chunk of that lattice can hold, as something finer lies in
 //! it, is tried in parts, by the next finer lattice.
 
+use super::World;
 use super::region::{Content, Region, RegionId, block_range, for_each_block};
 use super::splice::Splice;
 use crate::block::Block;
 use crate::chunk::Chunk;
 use crate::space::{Aabb4, CHUNK_BLOCKS, ChunkShape, Fixed, Lattice, Scale};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// An edit that touches more cells than this is not small.
@@ -65,14 +67,8 @@ impl Splice<'_> {
             taken.append(&mut left);
             hull = *cell;
         }
-        let holds = |region: &Region| {
-            let Some(bounds) = region.bounds.intersection(cell) else { return true };
-            let blocks = match &region.content {
-                Content::Uniform(_) => true,
-                Content::Chunk { lattice: other, .. } => lattice.refines(*other),
-            };
-            blocks && lattice.has_block_corners(&bounds)
-        };
+        let holds =
+            |region: &Region| region.bounds.intersection(cell).is_none_or(|bounds| can_hold(lattice, region, &bounds));
         if !lattice.has_block_corners(part) || !taken.iter().all(|id| holds(old(id))) || !pieces.iter().all(holds) {
             return false;
         }
@@ -118,13 +114,7 @@ impl Splice<'_> {
         let region = self.world.regions.get(id).expect("the index names live regions");
         let Content::Chunk { lattice, chunk } = &region.content else { return false };
         let (lattice, chunk, whole) = (*lattice, chunk.clone(), region.bounds);
-        let holds = |piece: &Region| {
-            lattice.has_block_corners(&piece.bounds)
-                && match &piece.content {
-                    Content::Uniform(_) => true,
-                    Content::Chunk { lattice: other, .. } => lattice.refines(*other),
-                }
-        };
+        let holds = |piece: &Region| can_hold(lattice, piece, &piece.bounds);
         if !(whole.contains(bounds) && lattice.has_block_corners(bounds) && pieces.iter().all(holds)) {
             return false;
         }
@@ -162,13 +152,7 @@ impl Splice<'_> {
         let (taken, left): (Vec<_>, Vec<_>) = there.into_iter().partition(|id| cell.contains(&old(id).bounds));
         let Some(first) = taken.first() else { return };
         let hull = taken.iter().fold(old(first).bounds, |hull, id| hull.hull(&old(id).bounds));
-        let holds = |region: &Region| {
-            lattice.has_block_corners(&region.bounds)
-                && match &region.content {
-                    Content::Uniform(_) => true,
-                    Content::Chunk { lattice: other, .. } => lattice.refines(*other),
-                }
-        };
+        let holds = |region: &Region| can_hold(lattice, region, &region.bounds);
         let between = left.iter().any(|id| old(id).bounds.overlaps(&hull));
         if taken.len() < 2 || between || !taken.iter().all(|id| holds(old(id))) {
             return;
@@ -181,6 +165,31 @@ impl Splice<'_> {
         let gathered = Region::chunk(bounds, lattice, Arc::new(Chunk::from_blocks(&blocks)));
         self.put_in_place_of(&taken, cell, gathered);
     }
+}
+
+impl World {
+    /// The blocks of a cell of a lattice; `None` if no chunk of the lattice holds what is there.
+    pub(crate) fn blocks_of_cell(&self, cell: &Aabb4, lattice: Lattice) -> Option<Box<[Block; CHUNK_BLOCKS]>> {
+        let mut blocks = Box::new([Block::AIR; CHUNK_BLOCKS]);
+        let flow = self.query(cell, |_, region| {
+            let within = region.bounds.intersection(cell);
+            if within.is_some_and(|bounds| !can_hold(lattice, region, &bounds)) {
+                return ControlFlow::Break(());
+            }
+            paint(&mut blocks, lattice, cell, region);
+            ControlFlow::Continue(())
+        });
+        flow.is_continue().then_some(blocks)
+    }
+}
+
+/// Whether a chunk of the lattice can hold what a region has within a box.
+fn can_hold(lattice: Lattice, region: &Region, within: &Aabb4) -> bool {
+    let blocks = match &region.content {
+        Content::Uniform(_) => true,
+        Content::Chunk { lattice: other, .. } => lattice.refines(*other),
+    };
+    blocks && lattice.has_block_corners(within)
 }
 
 /// The lattice whose chunks an edit goes into: the coarsest that has all corners of the edit, but not coarser than the blocks;

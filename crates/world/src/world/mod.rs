@@ -22,6 +22,7 @@ mod splice;
 
 pub use patch::{Applied, ApplyError, Limits, Work, WorldPatch};
 pub use query::InvalidWorld;
+pub(crate) use region::block_box;
 pub use region::{Content, Region, RegionId};
 
 use crate::block::{Block, BlockId};
