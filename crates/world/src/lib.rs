@@ -30,6 +30,7 @@
 mod block;
 mod chunk;
 pub mod edit;
+pub mod file;
 pub mod generate;
 mod palette;
 mod space;

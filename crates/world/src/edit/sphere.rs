@@ -119,7 +119,7 @@ fn halves(bounds: &Aabb4, lattice: Lattice) -> Option<[Aabb4; 2]> {
     let log2 = lattice.chunk_log2();
     let chunks = |a: usize| bounds.extent_raw()[a] >> log2[a];
     let axis = (0..4).max_by_key(|&a| chunks(a)).filter(|&a| chunks(a) > 1)?;
-    let middle = bounds.min_raw()[axis] + (chunks(axis) / 2 << log2[axis]);
+    let middle = bounds.min_raw()[axis] + ((chunks(axis) / 2) << log2[axis]);
     let (mut max, mut min) = (bounds.max_raw(), bounds.min_raw());
     (max[axis], min[axis]) = (middle, middle);
     Some([Aabb4::from_raw_unchecked(bounds.min_raw(), max), Aabb4::from_raw_unchecked(min, bounds.max_raw())])

@@ -30,9 +30,10 @@ use crate::generate::Generator;
 use crate::palette::{OnConflict, Palette, PaletteEntry};
 use crate::space::{Aabb4, Point4};
 use crate::tree::{RegionNode, RegionTree, flatten};
-use orthant_bvh::Bvh;
+use orthant_bvh::{Builder, Bvh};
 use region::Regions;
 use rustc_hash::FxHashMap;
+use std::ops::ControlFlow;
 
 /// A moving body: the place for bodies of tetrahedra with a rigid pose, of which there are none yet.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -166,6 +167,31 @@ impl World {
         written.sort_unstable();
         written.dedup();
         Ok(Some(NewPalette { palette, patch: plan, generators: translations, written }))
+    }
+
+    /// A world of these regions, and those of them that overlap one before them, which are left out.
+    pub(crate) fn from_regions(palette: Palette, regions: Vec<Region>) -> (Self, Vec<Region>) {
+        let boxes: Vec<_> = regions.iter().map(|region| region.bounds.closed()).collect();
+        let index = Bvh::build(&boxes, Builder::fast()).expect("boxes of the space are good bounds");
+        let overlaps = |i: u32| {
+            let before = |item, _: &_| if item < i { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+            index.overlap(&boxes[i as usize], before).is_break()
+        };
+        let bad: Vec<bool> = (0..regions.len() as u32).map(overlaps).collect();
+        let mut world = Self { palette, ..Self::default() };
+        let (mut items, mut dropped) = (Vec::with_capacity(regions.len()), Vec::new());
+        for (region, bad) in regions.into_iter().zip(bad) {
+            if bad {
+                dropped.push(region);
+            } else {
+                items.push(region.bounds.closed());
+                world.regions.insert(region);
+            }
+        }
+        // Slots are given in order.
+        world.index = if dropped.is_empty() { index } else { Bvh::build(&items, Builder::fast()).expect("as above") };
+        world.index.take_writes();
+        (world, dropped)
     }
 
     /// The smallest box about all regions; `None` if there are none.
