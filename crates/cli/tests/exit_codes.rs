@@ -36,6 +36,9 @@ fn wrong_usage_is_2() {
     render(&["--time", "1.5"], &["box.glb", "no animations"]);
     render(&["--animation", "walk"], &["walk", "no animations"]);
     render(&["--time", "NaN"], &["finite"]);
+    render(&["--view", "normals"], &["--renderer raster"]);
+    render(&["--renderer", "raster", "--view", "x-ray"], &["wireframe"]);
+    fail(&f, &["render", "box.glb", "-o", "o.share", "--renderer", "raster"], 2, &[".share"]);
     fail(&f, &["render", "box.glb", "-o", "out.gif"], 2, &["out.gif", ".png"]);
     fail(&f, &["render", "box.glb", "-o", "o.share", "--spp", "40", "--samples", "0..24"], 2, &["multiple of 16"]);
     fail(&f, &["render", "box.glb", "-o", "o.share", "--aov", "depth"], 2, &["AOV"]);
@@ -66,11 +69,13 @@ fn bad_input_is_3_and_names_the_file() {
 #[test]
 fn what_is_not_built_is_4() {
     let (_guard, f) = folder_with_box();
-    for (rest, word) in [
-        (["--renderer", "raster"], "raster"),
-        (["--world", "w.orw"], "world"),
-        (["--device", "no such card"], "devices"),
-    ] {
+    fail(
+        &f,
+        &["render", "box.glb", "-o", "x.png", "--renderer", "raster", "--backend", "cpu"],
+        4,
+        &["--renderer path"],
+    );
+    for (rest, word) in [(["--world", "w.orw"], "world"), (["--device", "no such card"], "devices")] {
         fail(&f, &["render", "box.glb", "-o", "x.png", rest[0], rest[1]], 4, &[word]);
     }
 }

@@ -5,7 +5,10 @@
 //! is that of C; addresses come first.
 
 use bytemuck::{Pod, Zeroable};
+use orthant_resident::Frame;
+use orthant_resident::camera::Projection;
 use orthant_resident::energy::{AVERAGES, COSINES, ENERGY, ROUGHNESSES};
+use orthant_resident::frame::{Aov, Estimator, PixelFilter};
 use orthant_resident::math::SRGB8;
 use orthant_resident::rows::MaterialRow;
 use orthant_resident::sampling::pixel_filter::BLACKMAN_HARRIS;
@@ -124,6 +127,67 @@ pub struct CenterHit {
     pub material: f32,
     /// Zero.
     pub reserved: f32,
+}
+
+impl FrameTable {
+    /// That of a frame, without the addresses.
+    pub(crate) fn new(frame: &Frame) -> Self {
+        let c = &frame.camera;
+        let (projection, size) = match c.projection {
+            Projection::Perspective { tan_half_fov_y } => (0, tan_half_fov_y),
+            Projection::Orthographic { half_height } => (1, half_height),
+        };
+        let (filter, filter_radius) = match frame.filter {
+            PixelFilter::Box => (0, 0.0),
+            PixelFilter::Tent { radius } => (1, radius),
+            PixelFilter::BlackmanHarris { radius } => (2, radius),
+        };
+        Self {
+            position: c.position,
+            projection,
+            right: c.right,
+            size,
+            up: c.up,
+            lens_radius: c.lens_radius,
+            forward: c.forward,
+            focus_distance: c.focus_distance,
+            near: c.near,
+            far: c.far,
+            width: frame.width,
+            height: frame.height,
+            tile_x: frame.tile.x,
+            tile_y: frame.tile.y,
+            tile_width: frame.tile.width,
+            tile_height: frame.tile.height,
+            seed: frame.seed,
+            max_depth: frame.max_depth,
+            roulette_depth: frame.roulette_depth,
+            firefly_clamp: frame.firefly_clamp.unwrap_or(f32::INFINITY),
+            estimator: match frame.estimator {
+                Estimator::Mis => 0,
+                Estimator::BsdfOnly => 1,
+                Estimator::LightOnly => 2,
+            },
+            filter,
+            filter_radius,
+            end_sample: frame.samples.end,
+            ..Self::zeroed()
+        }
+    }
+}
+
+impl CenterHit {
+    /// The channels of an AOV of a pixel's centre.
+    pub(crate) fn channels(&self, aov: Aov) -> Vec<f32> {
+        match aov {
+            Aov::Depth => vec![self.depth],
+            Aov::Position => self.position.to_vec(),
+            Aov::Node => vec![self.node],
+            Aov::Primitive => vec![self.primitive],
+            Aov::Material => vec![self.material],
+            Aov::Albedo | Aov::Normal => Vec::new(),
+        }
+    }
 }
 
 /// Where the arenas of the resident scene are.

@@ -3,6 +3,7 @@
 use crate::device::{Device, DeviceOptions, Messages};
 use crate::error::{Result, VulkanError};
 use crate::memory::{Buffer, Queue, Staging};
+use crate::raster::{self, Raster, RasterJob, RasterOptions, RasterPasses, RasterReport, RasterScene};
 use crate::scene::{Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
@@ -19,10 +20,14 @@ pub struct VulkanBackend {
     // In this order: what the device may still use goes after the queue has waited for it.
     queue: Queue,
     job: Option<Job>,
+    raster_job: Option<RasterJob>,
     tlas: Option<TlasSet>,
     pipeline: RayTracer,
     /// Memory of the paths under way.
     paths: Option<Buffer>,
+    /// Made with the first frame that is rasterized.
+    raster: Option<Raster>,
+    raster_report: RasterReport,
     scene: ResidentScene,
     staging: Staging,
     device: Arc<Device>,
@@ -44,6 +49,36 @@ pub struct Uploaded {
     pub waits: u64,
 }
 
+/// Splits a backend into the job and what it needs; the job's ticket has been looked at before.
+macro_rules! job_and_passes {
+    ($backend:ident) => {{
+        let Some(tlas) = &$backend.tlas else { return Err(BackendError::Device(NO_SCENE.to_owned())) };
+        let passes = Passes {
+            device: &$backend.device,
+            queue: &mut $backend.queue,
+            pipeline: &$backend.pipeline,
+            tlas,
+            images: $backend.scene.images.set,
+            paths: &mut $backend.paths,
+        };
+        (&mut $backend.job, passes)
+    }};
+}
+
+/// The same for a frame that is rasterized.
+macro_rules! raster_job_and_passes {
+    ($backend:ident) => {{
+        let Some(raster) = &mut $backend.raster else { return Err(BackendError::Device(NO_SCENE.to_owned())) };
+        let passes = RasterPasses {
+            device: &$backend.device,
+            queue: &mut $backend.queue,
+            raster,
+            images: $backend.scene.images.set,
+        };
+        (&mut $backend.raster_job, passes)
+    }};
+}
+
 impl VulkanBackend {
     /// Opens a device; the scene is empty, in the dark.
     ///
@@ -59,9 +94,12 @@ impl VulkanBackend {
         let mut backend = Self {
             queue,
             job: None,
+            raster_job: None,
             tlas: None,
             pipeline,
             paths: None,
+            raster: None,
+            raster_report: RasterReport::default(),
             scene,
             staging,
             device,
@@ -125,6 +163,49 @@ impl VulkanBackend {
         self.scene.read_back(&mut self.queue)
     }
 
+    /// Hands in a frame to be rasterized; it replaces any earlier one. Samples are taken in passes of four a pixel; limits of
+    /// paths, the estimator and threads do not matter.
+    ///
+    /// # Errors
+    /// As [`Backend::submit`]; a frame of a part of the samples; a device that cannot rasterize.
+    pub fn submit_raster(&mut self, frame: Frame, options: RasterOptions) -> std::result::Result<Ticket, BackendError> {
+        check_frame(&frame)?;
+        raster::check(&frame)?;
+        self.usable()?;
+        self.end_job();
+        if self.tlas.is_none() {
+            return Err(BackendError::Device(NO_SCENE.to_owned()));
+        }
+        if self.raster.is_none() {
+            self.raster = Some(Raster::new(&self.device, self.scene.images.layout)?);
+        }
+        self.last_ticket += 1;
+        let ticket = Ticket(self.last_ticket);
+        let scene = RasterScene {
+            table: self.scene.table(),
+            lights: self.scene.light_table(),
+            map: self.scene.environment_map().cloned(),
+            rows: self.scene.render_node_count(),
+        };
+        let (job, mut passes) = raster_job_and_passes!(self);
+        *job = Some(RasterJob::new(&mut passes, ticket, frame, options, &scene)?);
+        Ok(ticket)
+    }
+
+    /// What rasterizing the last frame has taken so far.
+    pub fn raster_report(&self) -> RasterReport {
+        self.raster_job.as_ref().map_or(self.raster_report, RasterJob::report)
+    }
+
+    /// Bytes of targets, draw commands and filtered environments of the preview; 0 before its first frame.
+    pub fn raster_bytes(&self) -> u64 {
+        self.raster.as_ref().map_or(0, Raster::bytes)
+    }
+
+    fn is_raster(&self, ticket: Ticket) -> bool {
+        self.raster_job.as_ref().is_some_and(|job| job.ticket == ticket)
+    }
+
     fn usable(&self) -> std::result::Result<(), BackendError> {
         match &self.broken {
             Some(error) => Err(BackendError::Device(format!("an earlier batch failed: {error}"))),
@@ -135,6 +216,10 @@ impl VulkanBackend {
     fn end_job(&mut self) {
         if let Some(job) = self.job.take() {
             self.discarded += job.discarded();
+            job.retire(&mut self.queue);
+        }
+        if let Some(job) = self.raster_job.take() {
+            self.raster_report = job.report();
             job.retire(&mut self.queue);
         }
     }
@@ -153,22 +238,6 @@ impl VulkanBackend {
         self.applied = applied;
         Ok(applied.report)
     }
-}
-
-/// Splits a backend into the job and what it needs; the job's ticket has been looked at before.
-macro_rules! job_and_passes {
-    ($backend:ident) => {{
-        let Some(tlas) = &$backend.tlas else { return Err(BackendError::Device(NO_SCENE.to_owned())) };
-        let passes = Passes {
-            device: &$backend.device,
-            queue: &mut $backend.queue,
-            pipeline: &$backend.pipeline,
-            tlas,
-            images: $backend.scene.images.set,
-            paths: &mut $backend.paths,
-        };
-        (&mut $backend.job, passes)
-    }};
 }
 
 const NO_SCENE: &str = "nothing is resident; apply a batch first";
@@ -217,6 +286,12 @@ impl Backend for VulkanBackend {
     }
 
     fn poll(&mut self, ticket: Ticket, budget: Duration) -> std::result::Result<TicketStatus, BackendError> {
+        if self.is_raster(ticket) {
+            let (job, mut passes) = raster_job_and_passes!(self);
+            let job = job.as_mut().ok_or(BackendError::UnknownTicket(ticket))?;
+            job.work(&mut passes, budget)?;
+            return Ok(job.status());
+        }
         let (job, mut passes) = job_and_passes!(self);
         let job = job.as_mut().filter(|job| job.ticket == ticket).ok_or(BackendError::UnknownTicket(ticket))?;
         job.work(&mut passes, budget)?;
@@ -224,6 +299,12 @@ impl Backend for VulkanBackend {
     }
 
     fn read_film(&mut self, ticket: Ticket) -> std::result::Result<Film, BackendError> {
+        if self.is_raster(ticket) {
+            let (slot, mut passes) = raster_job_and_passes!(self);
+            let job = slot.take().ok_or(BackendError::UnknownTicket(ticket))?;
+            self.raster_report = job.report();
+            return Ok(job.into_film(&mut passes)?);
+        }
         let (slot, mut passes) = job_and_passes!(self);
         let job = slot.take_if(|job| job.ticket == ticket).ok_or(BackendError::UnknownTicket(ticket))?;
         self.discarded += job.discarded();

@@ -5,6 +5,7 @@
 //! * `memory`: buffers, the queue, the staging ring, and why nothing races;
 //! * `scene`: what is resident, and how a batch changes it;
 //! * `trace`: the ray tracing pipeline, its twin of ray queries, and frames;
+//! * [`raster`]: the preview by graphics pipelines;
 //! * [`abi`]: what the shaders (`shaders/`) see of it.
 
 pub mod abi;
@@ -12,6 +13,7 @@ mod backend;
 pub mod device;
 mod error;
 mod memory;
+pub mod raster;
 mod scene;
 mod shaders;
 mod trace;

@@ -15,3 +15,15 @@ pub(crate) const PATH_REORDER: &[u8] = include_bytes!("../shaders/spirv/path_reo
 
 /// The path tracer as compute shaders with ray queries.
 pub(crate) const PATH_QUERY: &[u8] = include_bytes!("../shaders/spirv/path_query.spv");
+
+/// The preview's culling.
+pub(crate) const RASTER_CULL: &[u8] = include_bytes!("../shaders/spirv/raster/cull.spv");
+
+/// Its graphics pipelines.
+pub(crate) const RASTER_DRAW: &[u8] = include_bytes!("../shaders/spirv/raster/draw.spv");
+
+/// Its filtered environment.
+pub(crate) const RASTER_ENVIRONMENT: &[u8] = include_bytes!("../shaders/spirv/raster/environment.spv");
+
+/// What reads its targets.
+pub(crate) const RASTER_RESOLVE: &[u8] = include_bytes!("../shaders/spirv/raster/resolve.spv");

@@ -86,12 +86,28 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
     ];
     let stages = [("light_paths", Model::GLCompute), ("shade_paths", Model::GLCompute)];
     let query = [("query_block", Model::GLCompute), ("query_centers", Model::GLCompute)];
+    let compute = |name| (name, Model::GLCompute);
+    let cull = ["count_rows", "sum_counts", "write_commands"].map(compute);
+    let environment = ["begin_pyramid", "filter_map", "reduce_pyramid"].map(compute);
+    let draw = [
+        ("place_corner", Model::Vertex),
+        ("place_backdrop", Model::Vertex),
+        ("shade_opaque", Model::Fragment),
+        ("shade_mask", Model::Fragment),
+        ("shade_blend", Model::Fragment),
+        ("shade_backdrop", Model::Fragment),
+        ("find_hit", Model::Fragment),
+    ];
     let expected = [
         ("path", &path[..]),
         ("path_stages", &stages),
         ("path_query", &query),
         ("path_reorder", &[("trace_block", Model::RayGenerationNV)]),
         ("instances", &[("write_instances", Model::GLCompute)]),
+        ("raster/cull", &cull),
+        ("raster/draw", &draw),
+        ("raster/environment", &environment),
+        ("raster/resolve", &[("resolve_hits", Model::GLCompute), ("resolve_samples", Model::GLCompute)]),
     ];
     let mut known = BTreeSet::new();
     for (name, expected) in expected {

@@ -8,11 +8,12 @@ use orthant_resident::sampling::light_tree::{LightBounds, LightNode};
 use orthant_vulkan::abi::{
     CenterHit, Constants, FrameTable, ImageRow, InstancePush, LightTable, QuadRow, RowSpan, SceneTable, TracePush,
 };
+use orthant_vulkan::raster::abi::{CullPush, DrawCommand, EnvironmentPush, RasterPush, RasterTable, ResolvePush};
 use rspirv::dr::{Instruction, Module, Operand, load_bytes};
 use rspirv::spirv::{Decoration, Op, StorageClass};
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A member: name, offset, size in bytes.
 type Member = (String, u32, u32);
@@ -174,6 +175,17 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
         layout!(QuadRow { corner, width, x, height, y, flags, z, reserved }),
         layout!(InstancePush { render_nodes, blas, instances, spans, span_count, row_count, blas_count, reserved }),
         layout!(RowSpan { first, before }),
+        layout!(RasterTable {
+            frame, commands, group_counts, counts, filtered, capacity, row_count, group_count, has_environment,
+            inverse_focus, blend_scale,
+        }),
+        layout!(RasterPush {
+            table, offset, lens, depth, tile_x, tile_y, tile_width, tile_height, view, sample,
+        }),
+        layout!(CullPush { table, culls, reserved, planes }),
+        layout!(ResolvePush { table, sums, x, y, width, height, weight, reserved }),
+        layout!(EnvironmentPush { lights, pyramid, filtered, level, reserved }),
+        layout!(DrawCommand { vertex_count, instance_count, first_vertex, first_instance }),
         layout!(RenderNodeRow { world, inverse, primitive, material, node, flags, emitter, reserved }),
         layout!(MeshDesc {
             first_vertex, vertex_count, first_index, index_count, first_tangent, flags, first_emitter_triangle,
@@ -223,13 +235,19 @@ fn three_floats() -> Layout {
     Layout { members, size: Some(size_of::<[f32; 3]>() as u32) }
 }
 
+/// All modules below a folder.
+fn modules(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("the modules are committed");
+    let paths = entries.map(|entry| entry.expect("the folder can be read").path());
+    paths.flat_map(|path| if path.is_dir() { modules(&path) } else { vec![path] }).collect()
+}
+
 #[test]
 fn structs_have_the_same_layout_on_both_sides() {
     let rust = rust_layouts();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/spirv");
     let mut met = BTreeSet::new();
-    for entry in std::fs::read_dir(&folder).expect("the modules are committed") {
-        let path = entry.expect("the folder can be read").path();
+    for path in modules(&folder) {
         let reflection = Reflection::new(std::fs::read(&path).expect("the module can be read"));
         for (name, layout) in reflection.layouts() {
             let module = path.display();

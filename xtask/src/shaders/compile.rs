@@ -27,7 +27,8 @@ pub fn find_compiler() -> Result<PathBuf, String> {
 
 /// Compiles a source of the folder to SPIR-V.
 pub fn compile(compiler: &Path, folder: &Path, source: &str, arguments: &[&str]) -> Result<Vec<u32>, String> {
-    let output = std::env::temp_dir().join(format!("orthant-{}-{source}.spv", std::process::id()));
+    let name = source.replace('/', "-");
+    let output = std::env::temp_dir().join(format!("orthant-{}-{name}.spv", std::process::id()));
     // The compiler may be named relative to where the caller is.
     let compiler = if compiler.components().count() > 1 {
         std::path::absolute(compiler).map_err(|e| format!("{}: {e}", compiler.display()))?

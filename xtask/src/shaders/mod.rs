@@ -36,12 +36,16 @@ const ARGUMENTS: [&str; 13] = [
 
 /// The modules by the name of their source, with what they are compiled with besides. Optional capabilities are in modules
 /// of their own: a device takes no module with one that it has not.
-const MODULES: [(&str, &[&str]); 5] = [
+const MODULES: [(&str, &[&str]); 9] = [
     ("path", &[]),
     ("path_stages", &[]),
     ("path_query", &[]),
     ("path_reorder", &["-capability", "spvShaderInvocationReorderNV"]),
     ("instances", &[]),
+    ("raster/cull", &[]),
+    ("raster/draw", &[]),
+    ("raster/environment", &[]),
+    ("raster/resolve", &[]),
 ];
 
 /// A file and what it is to hold.

@@ -3,7 +3,9 @@
 mod render;
 pub mod values;
 
-pub use render::{AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg, TracerArg};
+pub use render::{
+    AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg, TracerArg, ViewArg,
+};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -251,7 +253,7 @@ Suites:
   load FILE    from the file to decoded arenas, images included, beside the `gltf` crate
   derive       model to rows, from 1,000 to 1,000,000 render nodes, beside copying the rows
   trace FILE   primary, shadow and incoherent rays, beside crate `obvhs`
-  render FILE  whole frames of 960x540 with 16 samples
+  render FILE  whole frames of 960x540 with 16 samples; with --renderer raster, passes over it
   edit         edit, sync and apply, from 1,000 to 1,000,000 nodes
 
 Examples:
@@ -282,6 +284,9 @@ pub struct BenchArgs {
     /// How a Vulkan device traces rays, for `render`
     #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
     pub tracer: TracerArg,
+    /// What renders, for `render`: raster measures its passes, with and without culling
+    #[arg(long, value_enum, default_value_t = RendererArg::Path)]
+    pub renderer: RendererArg,
     /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub size: Option<u32>,

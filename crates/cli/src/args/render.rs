@@ -4,6 +4,7 @@ use super::values::{Angles, SampleRange, Size, Vector, finite, not_negative, pos
 use clap::{Args, ValueEnum};
 use orthant_resident::frame::{Aov, Estimator, Tile};
 use orthant_resident::tonemap::ToneMapper;
+use orthant_vulkan::raster::RasterView;
 use std::path::PathBuf;
 
 /// `orthant render`
@@ -14,6 +15,7 @@ The same command and seed give the same bytes on the CPU, whatever --threads say
 Examples:
   orthant render helmet.glb -o helmet.png
   orthant render helmet.glb -o helmet.exr --size 1920x1080 --spp 1024 --aov albedo,normal
+  orthant render helmet.glb -o normals.png --renderer raster --view normals
   orthant render helmet.glb -o helmet.png --eye 0,1,4 --target 0,0,0 --fov 30 --env studio.hdr
   orthant render city.glb -o part.share --samples 0..256 --spp 1024")]
 pub struct RenderArgs {
@@ -136,9 +138,12 @@ pub struct RenderArgs {
     /// How direct light is estimated; all converge to the same image
     #[arg(long, value_enum, default_value_t = EstimatorArg::Mis, help_heading = "Rendering")]
     pub estimator: EstimatorArg,
-    /// Path tracer, or rasterizer (not built for the CPU: exit code 4)
+    /// Path tracer, or a preview by rasterizing, which takes a Vulkan device (else exit code 4)
     #[arg(long, value_enum, default_value_t = RendererArg::Path, help_heading = "Rendering")]
     pub renderer: RendererArg,
+    /// What --renderer raster shows [default: shaded]
+    #[arg(long, value_enum, help_heading = "Rendering")]
+    pub view: Option<ViewArg>,
     /// What renders
     #[arg(long, value_enum, default_value_t = BackendArg::Auto, help_heading = "Rendering")]
     pub backend: BackendArg,
@@ -229,6 +234,54 @@ pub enum RendererArg {
     Path,
     /// Rasterizer
     Raster,
+}
+
+/// `--view`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ViewArg {
+    /// Lit surfaces before the environment
+    Shaded,
+    /// Base colour
+    BaseColour,
+    /// Metalness
+    Metallic,
+    /// Perceptual roughness
+    Roughness,
+    /// World-space shading normals
+    Normals,
+    /// World-space tangents
+    Tangents,
+    /// The first UV set
+    Uvs,
+    /// Emission
+    Emissive,
+    /// A colour for each node
+    Node,
+    /// A colour for each RenderPrimitive
+    Primitive,
+    /// A colour for each material
+    Material,
+    /// Edges of triangles
+    Wireframe,
+}
+
+impl From<ViewArg> for RasterView {
+    fn from(arg: ViewArg) -> Self {
+        match arg {
+            ViewArg::Shaded => Self::Shaded,
+            ViewArg::BaseColour => Self::BaseColor,
+            ViewArg::Metallic => Self::Metallic,
+            ViewArg::Roughness => Self::Roughness,
+            ViewArg::Normals => Self::Normals,
+            ViewArg::Tangents => Self::Tangents,
+            ViewArg::Uvs => Self::Uvs,
+            ViewArg::Emissive => Self::Emissive,
+            ViewArg::Node => Self::Node,
+            ViewArg::Primitive => Self::Primitive,
+            ViewArg::Material => Self::Material,
+            ViewArg::Wireframe => Self::Wireframe,
+        }
+    }
 }
 
 /// `--filter`

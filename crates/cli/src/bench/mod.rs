@@ -8,6 +8,7 @@ mod derive;
 mod edit;
 mod load;
 mod memory;
+mod raster;
 mod render;
 mod trace;
 
@@ -83,6 +84,8 @@ pub enum Suite<'a> {
     Trace(&'a Path),
     /// Whole frames, by a backend on a device.
     Render(&'a Path, Asked<'a>),
+    /// Passes of the raster preview, likewise.
+    Raster(&'a Path, Asked<'a>),
     /// Edit, sync and apply, by a backend on a device.
     Edit(Asked<'a>),
     /// Bounding volume hierarchies, beside `obvhs`.
@@ -96,7 +99,7 @@ impl Suite<'_> {
             Self::Load(_) => "load",
             Self::Derive => "derive",
             Self::Trace(_) => "trace",
-            Self::Render(..) => "render",
+            Self::Render(..) | Self::Raster(..) => "render",
             Self::Edit(..) => "edit",
             Self::Bvh => "bvh",
         }
@@ -126,6 +129,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Derive => derive::run(settings)?,
         Suite::Trace(file) => trace::run(file, settings)?,
         Suite::Render(file, asked) => render::run(file, &asked, settings)?,
+        Suite::Raster(file, asked) => raster::run(file, &asked, settings)?,
         Suite::Edit(asked) => edit::run(&asked, settings)?,
         Suite::Bvh => bvh::run(settings),
     };

@@ -2,7 +2,7 @@
 
 use super::{Measured, Settings};
 use crate::failure::{Exit, Failure};
-use crate::job::backend::{Asked, open};
+use crate::job::backend::{AnyBackend, Asked, open};
 use crate::job::environment::lights_itself;
 use orthant_render::camera::View;
 use orthant_render::sky;
@@ -11,17 +11,22 @@ use orthant_resident::{Environment, TicketStatus};
 use std::path::Path;
 use std::time::Duration;
 
-const WIDTH: u32 = 960;
-const HEIGHT: u32 = 540;
+pub(super) const WIDTH: u32 = 960;
+pub(super) const HEIGHT: u32 = 540;
 const SAMPLES: u32 = 16;
 
-pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failure> {
-    let internal = |e: orthant_resident::BackendError| Failure::new(Exit::Internal, e.to_string());
+pub(super) fn internal(error: orthant_resident::BackendError) -> Failure {
+    Failure::new(Exit::Internal, error.to_string())
+}
+
+/// A backend with a scene, as `render` makes it, and a frame of what its first camera sees.
+pub(super) fn prepare(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<(AnyBackend, Frame, u64), Failure> {
     let mut loaded = super::load(file, settings)?;
     let mut backend = open(asked)?;
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
     backend.set_environment(environment).map_err(internal)?;
     let batch = loaded.derived.load_batch();
+    let nodes = u64::from(batch.render_nodes.len);
     backend.apply(batch).map_err(internal)?;
     let (scene, derived) = (&loaded.scene, &loaded.derived);
     let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
@@ -44,6 +49,11 @@ pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Mea
         aovs: Vec::new(),
         threads: settings.threads,
     };
+    Ok((backend, frame, nodes))
+}
+
+pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failure> {
+    let (mut backend, frame, _) = prepare(file, asked, settings)?;
     let samples = u64::from(WIDTH) * u64::from(HEIGHT) * u64::from(SAMPLES);
     let mut measured = Measured::new("render", samples);
     let mut rays = 0;

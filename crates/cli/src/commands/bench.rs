@@ -1,6 +1,6 @@
 //! `orthant bench`: figures, measured beside peers.
 
-use crate::args::{BenchArgs, BenchSuite, Common};
+use crate::args::{BenchArgs, BenchSuite, Common, RendererArg};
 use crate::bench::{self, Settings, Suite};
 use crate::failure::Failure;
 use crate::job::backend::Asked;
@@ -20,8 +20,12 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
         BenchSuite::Edit => own(args, Suite::Edit(asked))?,
         BenchSuite::Bvh => own(args, Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
+        BenchSuite::Render if args.renderer == RendererArg::Raster => Suite::Raster(file()?, asked),
         BenchSuite::Render => Suite::Render(file()?, asked),
     };
+    if args.renderer == RendererArg::Raster && args.suite != BenchSuite::Render {
+        return Err(Failure::usage("--renderer: only the suite render has one to choose").remedy("leave it out"));
+    }
     if args.size.is_some() && !matches!(args.suite, BenchSuite::Edit | BenchSuite::Bvh) {
         return Err(Failure::usage("--size: this suite has no size to choose").remedy("leave it out"));
     }

@@ -125,6 +125,7 @@ fn features(d: &DeviceInfo) -> Vec<&'static str> {
         (f.position_fetch, "position fetch"),
         (f.opacity_micromap, "opacity micromaps"),
         (f.mesh_shader, "mesh shaders"),
+        (f.raster, "raster preview"),
     ];
     all.into_iter().filter(|(has, _)| *has).map(|(_, name)| name).collect()
 }

@@ -1,9 +1,9 @@
 //! `orthant render`: a scene to an image, or to a share of one.
 
-use crate::args::{AovArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg};
+use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg, ViewArg};
 use crate::failure::Failure;
 use crate::image_io::{Display, Format};
-use crate::job::backend::{AnyBackend, Asked, backend_failure, open};
+use crate::job::backend::{AnyBackend, Asked, backend_failure, cannot_rasterize, open};
 use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings};
 use crate::output::{Named, check_not_read, check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
@@ -12,6 +12,7 @@ use orthant_resident::film::BLOCK;
 use orthant_resident::frame::{PixelFilter, Tile};
 use orthant_resident::tonemap::ToneMapper;
 use orthant_resident::{Environment, Film, Frame};
+use orthant_vulkan::raster::RasterOptions;
 use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -62,6 +63,9 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
 
     let asked = Asked::new(args.backend, args.device.as_deref());
     let mut backend = open(&Asked { tracer: args.tracer, watched: args.validate, ..asked })?;
+    if plan.raster.is_some() && matches!(backend, AnyBackend::Cpu(_)) {
+        return Err(cannot_rasterize());
+    }
     let upload = Instant::now();
     let applied = backend.apply(loaded.derived.load_batch()).map_err(backend_failure)?;
     backend.set_environment(environment.clone()).map_err(backend_failure)?;
@@ -70,13 +74,18 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         backend.validate(&loaded.derived)?;
     }
 
-    let mut work = Work { backend: &mut backend, progress: Progress::new(common.quiet), spent: Spent::default() };
+    let progress = Progress::new(common.quiet);
+    let mut work = Work { backend: &mut backend, raster: plan.raster, progress, spent: Spent::default() };
     if plan.share {
         render_share(args, &plan, &loaded, &environment, &frame, &mut work)?;
     } else {
         let film = work.render(&frame, 0, plan.total_samples())?;
         let tile = film.tile;
-        let display = Display { tonemap: args.tonemap.into(), exposure: args.exposure };
+        let display = match args.view {
+            None | Some(ViewArg::Shaded) => Display { tonemap: args.tonemap.into(), exposure: args.exposure },
+            // Numbers, not light
+            Some(_) => Display { tonemap: ToneMapper::None, exposure: 0.0 },
+        };
         crate::image_io::write(&args.output, tile.width, tile.height, &film.resolve(), display)?;
         aov::write(&args.output, &film, loaded.derived.origin)?;
     }
@@ -117,6 +126,8 @@ struct Plan {
     tile: Tile,
     samples: Range<u32>,
     share: bool,
+    /// How it is rasterized, if it is.
+    raster: Option<RasterOptions>,
 }
 
 impl Plan {
@@ -147,6 +158,19 @@ impl Plan {
             );
             return Err(Failure::usage(what));
         }
+        let raster = match args.renderer {
+            RendererArg::Path if args.view.is_some() => {
+                let what = "--view says what the rasterizer shows";
+                return Err(Failure::usage(what).remedy("add --renderer raster, or leave it out"));
+            }
+            RendererArg::Path => None,
+            RendererArg::Raster if share => {
+                return Err(Failure::usage("--renderer raster renders whole images: a .share is of the path tracer"));
+            }
+            RendererArg::Raster => {
+                Some(RasterOptions { view: args.view.unwrap_or(ViewArg::Shaded).into(), ..RasterOptions::default() })
+            }
+        };
         if share && !args.aov.is_empty() {
             return Err(Failure::usage("a share carries no AOVs: render them in a run of their own"));
         }
@@ -157,7 +181,7 @@ impl Plan {
             let what = format!("the image takes {needed} bytes, more than the limit of {}", common.max_memory());
             return Err(Failure::usage(what).remedy("render it by --tile, or raise --max-memory"));
         }
-        Ok(Self { width, height, tile, samples, share })
+        Ok(Self { width, height, tile, samples, share, raster })
     }
 
     fn frame(&self, args: &RenderArgs, camera: orthant_resident::Camera) -> Frame {
@@ -209,8 +233,8 @@ fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
     if args.world.is_some() {
         return Err(Failure::missing("worlds are not built yet: leave --world out"));
     }
-    if args.renderer == RendererArg::Raster {
-        return Err(Failure::missing("there is no rasterizer yet: use --renderer path"));
+    if args.renderer == RendererArg::Raster && args.backend == BackendArg::Cpu {
+        return Err(cannot_rasterize());
     }
     Ok(())
 }
@@ -226,6 +250,7 @@ struct Spent {
 /// The backend at work, seen by whoever waits.
 struct Work<'a> {
     backend: &'a mut AnyBackend,
+    raster: Option<RasterOptions>,
     progress: Progress,
     spent: Spent,
 }
@@ -233,7 +258,10 @@ struct Work<'a> {
 impl Work<'_> {
     /// Renders a frame. `done` of `total` pixel samples of the whole work were rendered before it.
     fn render(&mut self, frame: &Frame, done: u64, total: u64) -> Result<Film, Failure> {
-        let ticket = self.backend.submit(frame.clone()).map_err(backend_failure)?;
+        let ticket = match self.raster {
+            None => self.backend.submit(frame.clone()).map_err(backend_failure)?,
+            Some(options) => self.backend.submit_raster(frame.clone(), options)?,
+        };
         loop {
             let status = self.backend.poll(ticket, SLICE).map_err(backend_failure)?;
             self.progress.frame(&status, done, total);
@@ -320,7 +348,7 @@ fn write_stats(
     let seconds = spent.time.as_secs_f64();
     let structures = times.applied.blas_time + times.applied.tlas_time;
     let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds * 1e-6 } else { 0.0 };
-    let stats = json!({
+    let mut stats = json!({
         "backend": backend.name(),
         "device": backend.device(),
         "width": plan.width,
@@ -353,5 +381,14 @@ fn write_stats(
         },
         "discarded_contributions": backend.discarded_contributions(),
     });
+    if let Some((report, bytes)) = plan.raster.and_then(|_| backend.raster_report()) {
+        stats["raster"] = json!({
+            "passes": report.passes,
+            "drawn": report.drawn,
+            "pass_s": report.pass_time.map(|time| time.as_secs_f64()),
+            "cull_s": report.cull_time.map(|time| time.as_secs_f64()),
+            "bytes": bytes,
+        });
+    }
     write_bytes(path, format!("{stats:#}\n").as_bytes())
 }

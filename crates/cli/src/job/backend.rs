@@ -5,9 +5,10 @@ use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use orthant_cpu::CpuBackend;
 use orthant_render::DerivedScene;
-use orthant_resident::{Backend, BackendError};
+use orthant_resident::{Backend, BackendError, Frame, Ticket};
 use orthant_vulkan::VulkanBackend;
 use orthant_vulkan::device::{CacheFolder, DeviceInfo, DeviceOptions, Tracer};
+use orthant_vulkan::raster::{RasterOptions, RasterReport};
 use std::ops::{Deref, DerefMut};
 
 /// A backend of either kind: what both can do is [`Backend`].
@@ -113,7 +114,33 @@ fn vulkan(asked: &Asked<'_>, index: Option<usize>) -> Result<AnyBackend, Failure
     opened.map(|backend| AnyBackend::Vulkan(Box::new(backend))).map_err(|e| Failure::missing(e.to_string()))
 }
 
+/// That nothing but a Vulkan device rasterizes.
+pub fn cannot_rasterize() -> Failure {
+    Failure::missing("the CPU backend cannot rasterize").remedy(
+        "--renderer raster takes --backend vulkan and a device that `orthant devices` lists; else use --renderer path",
+    )
+}
+
 impl AnyBackend {
+    /// Hands in a frame to be rasterized.
+    ///
+    /// # Errors
+    /// If the backend cannot, or not such a frame.
+    pub fn submit_raster(&mut self, frame: Frame, options: RasterOptions) -> Result<Ticket, Failure> {
+        match self {
+            Self::Cpu(_) => Err(cannot_rasterize()),
+            Self::Vulkan(vulkan) => vulkan.submit_raster(frame, options).map_err(backend_failure),
+        }
+    }
+
+    /// What rasterizing the last frame took, and the bytes that the preview has on the device; `None` where there is none.
+    pub fn raster_report(&self) -> Option<(RasterReport, u64)> {
+        match self {
+            Self::Cpu(_) => None,
+            Self::Vulkan(vulkan) => Some((vulkan.raster_report(), vulkan.raster_bytes())),
+        }
+    }
+
     /// Contributions of light that were not finite and were left out.
     pub fn discarded_contributions(&self) -> u64 {
         match self {

@@ -24,6 +24,7 @@ mod live;
 #[path = "../common/mod.rs"]
 mod program;
 mod query;
+mod raster;
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../../render/tests/sync/scenes.rs"]
 mod scenes;

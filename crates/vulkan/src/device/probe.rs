@@ -32,6 +32,10 @@ pub struct Features {
     pub opacity_micromap: bool,
     /// `VK_EXT_mesh_shader`.
     pub mesh_shader: bool,
+    /// What the raster preview takes: multi-draw indirect with first instances, and blending by target.
+    pub raster: bool,
+    /// Indirect draws whose number the device reads.
+    pub draw_indirect_count: bool,
 }
 
 /// A device as it is listed.
@@ -69,6 +73,10 @@ pub(crate) struct Limits {
     pub max_image_size: u32,
     pub max_dispatch: u32,
     pub max_dispatch_rows: u32,
+    /// Commands of one indirect draw.
+    pub max_draws: u32,
+    /// Targets of 32-bit floats can be blended.
+    pub blends_floats: bool,
 }
 
 impl DeviceInfo {
@@ -211,7 +219,13 @@ macro_rules! features {
                 self.query.ray_query = vk::TRUE;
                 self.reorder.ray_tracing_invocation_reorder = vk::TRUE;
                 $(self.$part.$field = vk::TRUE;)*
-                let core = vk::PhysicalDeviceFeatures::default().shader_int64(true);
+                self.v12.draw_indirect_count = optional.draw_indirect_count.into();
+                self.v13.dynamic_rendering = vk::TRUE;
+                let core = vk::PhysicalDeviceFeatures::default()
+                    .shader_int64(true)
+                    .multi_draw_indirect(optional.raster)
+                    .draw_indirect_first_instance(optional.raster)
+                    .independent_blend(optional.raster);
                 let chain = vk::PhysicalDeviceFeatures2::default()
                     .features(core)
                     .push_next(&mut self.v11)
@@ -249,6 +263,13 @@ features! {
     accel.acceleration_structure "acceleration structures";
 }
 
+/// Whether targets of a format can be blended.
+fn blends(instance: &ash::Instance, device: vk::PhysicalDevice, format: vk::Format) -> bool {
+    // SAFETY: the device is of this instance.
+    let properties = unsafe { instance.get_physical_device_format_properties(device, format) };
+    properties.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND)
+}
+
 fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     // SAFETY: the device is of this instance.
     let extensions = unsafe { instance.enumerate_device_extension_properties(device) }.unwrap_or_default();
@@ -280,6 +301,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     let absent = REQUIRED.iter().filter(|name| !has(name));
     unfit.extend(absent.map(|name| name.to_string_lossy().into_owned()));
     let mut found = Enabled::default();
+    let mut core = vk::PhysicalDeviceFeatures::default();
     if unfit.is_empty() {
         let mut chain = vk::PhysicalDeviceFeatures2::default()
             .push_next(&mut found.v11)
@@ -297,7 +319,8 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
         }
         // SAFETY: the chain holds structures that the device knows.
         unsafe { instance.get_physical_device_features2(device, &mut chain) };
-        if chain.features.shader_int64 == vk::FALSE {
+        core = chain.features;
+        if core.shader_int64 == vk::FALSE {
             unfit.push("64-bit integers in shaders".to_owned());
         }
         unfit.extend(found.missing().map(str::to_owned));
@@ -342,6 +365,10 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             position_fetch: has(c"VK_KHR_ray_tracing_position_fetch"),
             opacity_micromap: has(c"VK_EXT_opacity_micromap"),
             mesh_shader: has(c"VK_EXT_mesh_shader"),
+            raster: [core.multi_draw_indirect, core.draw_indirect_first_instance, core.independent_blend]
+                .into_iter()
+                .all(|feature| feature == vk::TRUE),
+            draw_indirect_count: found.v12.draw_indirect_count == vk::TRUE,
         },
         unfit,
         queue_family: family.unwrap_or(0) as u32,
@@ -355,6 +382,9 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],
             max_dispatch_rows: base.limits.max_compute_work_group_count[1],
+            max_draws: base.limits.max_draw_indirect_count,
+            blends_floats: blends(instance, device, vk::Format::R32G32B32A32_SFLOAT)
+                && blends(instance, device, vk::Format::R32_SFLOAT),
         },
     }
 }

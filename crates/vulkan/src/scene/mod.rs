@@ -29,6 +29,7 @@ use lights::{Lights, Mirror};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::batch::{RowWrites, TextureRow, TlasAction};
 use orthant_resident::check::Resident;
+use orthant_resident::environment::EnvironmentMap;
 use orthant_resident::rows::{EmitterRow, EmitterTriangle, LightRow, MaterialRow, MeshDesc, RenderNodeRow, VertexRow};
 use orthant_resident::{Environment, SceneBatch};
 use std::sync::Arc;
@@ -229,6 +230,16 @@ impl ResidentScene {
     /// How lights are chosen, for shaders.
     pub fn light_table(&self) -> crate::abi::LightTable {
         self.lights.table()
+    }
+
+    /// Rows of the render-node buffer.
+    pub fn render_node_count(&self) -> u32 {
+        self.render_nodes.len
+    }
+
+    /// The environment's map, if there is one.
+    pub fn environment_map(&self) -> Option<&Arc<EnvironmentMap>> {
+        self.lights.tables.map.as_ref()
     }
 
     /// What is resident.

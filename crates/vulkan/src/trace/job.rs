@@ -14,9 +14,8 @@ use crate::error::{Result, VulkanError};
 use crate::memory::{Buffer, Place, Queue};
 use ash::vk;
 use orthant_resident::backend::RayCounts;
-use orthant_resident::camera::Projection;
 use orthant_resident::film::{BLOCK, FilmBlock};
-use orthant_resident::frame::{Aov, Estimator, PixelFilter};
+use orthant_resident::frame::Aov;
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -386,7 +385,7 @@ impl Job {
                         .collect()
                 }
                 None if centers.is_empty() => vec![0.0; sum.len() * aov.channels()],
-                None => centers.iter().flat_map(|hit| channels(hit, aov)).collect(),
+                None => centers.iter().flat_map(|hit| hit.channels(aov)).collect(),
             };
             aovs.push((aov, values));
         }
@@ -405,18 +404,6 @@ impl Job {
     /// Gives up what is under way: its buffers go when the device is done with them.
     pub fn retire(mut self, queue: &mut Queue) {
         queue.retire((self.buffers.take(), std::mem::take(&mut self.kept)));
-    }
-}
-
-/// The channels of an AOV of a pixel's centre.
-fn channels(hit: &CenterHit, aov: Aov) -> Vec<f32> {
-    match aov {
-        Aov::Depth => vec![hit.depth],
-        Aov::Position => hit.position.to_vec(),
-        Aov::Node => vec![hit.node],
-        Aov::Primitive => vec![hit.primitive],
-        Aov::Material => vec![hit.material],
-        Aov::Albedo | Aov::Normal => Vec::new(),
     }
 }
 
@@ -459,16 +446,6 @@ impl Buffers {
 
     fn table(&self, frame: &Frame) -> FrameTable {
         let address = |buffer: &Option<Buffer>| buffer.as_ref().map_or(0, |buffer| buffer.address);
-        let c = &frame.camera;
-        let (projection, size) = match c.projection {
-            Projection::Perspective { tan_half_fov_y } => (0, tan_half_fov_y),
-            Projection::Orthographic { half_height } => (1, half_height),
-        };
-        let (filter, filter_radius) = match frame.filter {
-            PixelFilter::Box => (0, 0.0),
-            PixelFilter::Tent { radius } => (1, radius),
-            PixelFilter::BlackmanHarris { radius } => (2, radius),
-        };
         FrameTable {
             scene: self.tables.address + SCENE_AT,
             lights: self.tables.address + LIGHTS_AT,
@@ -478,37 +455,7 @@ impl Buffers {
             normal: address(&self.normal),
             centers: address(&self.centers),
             counters: self.counters.address,
-            position: c.position,
-            projection,
-            right: c.right,
-            size,
-            up: c.up,
-            lens_radius: c.lens_radius,
-            forward: c.forward,
-            focus_distance: c.focus_distance,
-            near: c.near,
-            far: c.far,
-            width: frame.width,
-            height: frame.height,
-            tile_x: frame.tile.x,
-            tile_y: frame.tile.y,
-            tile_width: frame.tile.width,
-            tile_height: frame.tile.height,
-            seed: frame.seed,
-            max_depth: frame.max_depth,
-            roulette_depth: frame.roulette_depth,
-            firefly_clamp: frame.firefly_clamp.unwrap_or(f32::INFINITY),
-            estimator: match frame.estimator {
-                Estimator::Mis => 0,
-                Estimator::BsdfOnly => 1,
-                Estimator::LightOnly => 2,
-            },
-            filter,
-            filter_radius,
-            end_sample: frame.samples.end,
-            paths: 0,
-            path_stride: 0,
-            reserved: 0,
+            ..FrameTable::new(frame)
         }
     }
 }
