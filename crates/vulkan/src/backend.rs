@@ -178,6 +178,7 @@ impl VulkanBackend {
         }
         if self.raster.is_none() {
             self.raster = Some(Raster::new(&self.device, self.scene.images.layout)?);
+            self.device.keep_pipelines();
         }
         self.last_ticket += 1;
         let ticket = Ticket(self.last_ticket);
