@@ -63,7 +63,12 @@ impl Failure {
             std::io::ErrorKind::StorageFull => "free some space",
             _ => "check the file and its disk",
         };
-        Self::bad_input(file, format!("cannot {doing}: {error}")).remedy(remedy)
+        let what = match error.kind() {
+            std::io::ErrorKind::InvalidData => "it is no UTF-8 text".to_owned(),
+            // The system's number for it helps nobody.
+            _ => error.to_string().split(" (os error").next().unwrap_or_default().to_owned(),
+        };
+        Self::bad_input(file, format!("cannot {doing}: {what}")).remedy(remedy)
     }
 
     /// Names the file.

@@ -51,7 +51,7 @@ pub fn check_not_read(outputs: &[Named<'_>], files: &[PathBuf], input: &Path) ->
     let files: Vec<PathBuf> = files.iter().map(|file| identity(file)).collect();
     for &(name, path) in outputs {
         if files.contains(&identity(path)) {
-            let what = format!("{name} {}: {} is read from it: name another file", path.display(), input.display());
+            let what = format!("{name} {}: {} reads that file: name another one", path.display(), input.display());
             return Err(Failure::usage(what));
         }
     }

@@ -237,3 +237,38 @@ fn a_scene_that_is_moved_far_away_and_back_is_what_a_derivation_about_its_origin
     std::fs::write(f.join("ops.jsonl"), script).expect("the script");
     succeed(f, &["edit", "s.glb", "--ops", "ops.jsonl", "--verify", "--backend", "cpu"]);
 }
+
+#[test]
+fn what_is_merged_can_be_shown_also_where_nothing_shows_it_yet() {
+    let (_folder, path) = folder_with_box();
+    // The broken triangle, which no node shows.
+    std::fs::write(path.join("broken.gltf"), BROKEN.replace(r#""nodes": [{"mesh": 0}]"#, r#""nodes": [{}]"#))
+        .expect("a file");
+    let before = succeed(&path, &["info", "box.glb", "--json"]);
+    script(&path, &[r#"{"op": "merge_scene", "path": "broken.gltf"}"#]);
+    for verify in [&[][..], &["--verify", "--backend", "cpu"]] {
+        let edit = [&["edit", "box.glb", "--ops", "ops.jsonl", "-o", "out.glb"], verify].concat();
+        fail(&path, &edit, 3, &["ops.jsonl: line 1", "vertex index 7 is out of range"]);
+    }
+    script(
+        &path,
+        &[
+            r#"{"op": "merge_scene", "path": "broken.gltf"}"#,
+            r#"{"op": "rename", "node": 0, "name": "renamed"}"#,
+            r#"{"op": "merge_scene", "path": "broken.gltf"}"#,
+        ],
+    );
+    let edit =
+        ["edit", "box.glb", "--ops", "ops.jsonl", "-o", "out.glb", "--keep-going", "--verify", "--backend", "cpu"];
+    succeed(&path, &edit);
+    let bounds = |text: &str| json(text)["bounds"].clone();
+    assert_eq!(bounds(&succeed(&path, &["info", "out.glb", "--json"])), bounds(&before));
+}
+
+#[test]
+fn a_byte_order_mark_alone_is_no_operation() {
+    let (_folder, path) = folder_with_box();
+    std::fs::write(path.join("ops.jsonl"), "\u{feff}\n\n{\"op\": \"rename\", \"node\": 0, \"name\": \"x\"}\r\n")
+        .expect("a script");
+    succeed(&path, &["edit", "box.glb", "--ops", "ops.jsonl"]);
+}

@@ -10,6 +10,7 @@ mod compare;
 pub mod edit;
 pub mod export;
 pub mod import;
+mod json_words;
 pub mod model;
 mod place;
 #[cfg(test)]

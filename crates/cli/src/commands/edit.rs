@@ -54,11 +54,13 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     say(editor.live.new_warnings());
 
     let mut report = String::new();
-    let mut refused = 0;
-    for (number, line) in script.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+    let (mut refused, mut looked_at) = (0, 0);
+    let reports = args.report.is_some() || args.output.is_none();
+    for (number, line) in script.lines().enumerate().filter(|(_, line)| !is_blank(line)) {
         let at = |failure: Failure| failure.in_file(&args.ops).at(format!("line {}", number + 1));
         match editor.line(line) {
-            Ok(entry) => report.push_str(&format!("{entry}\n")),
+            Ok(entry) if reports => report.push_str(&format!("{entry}\n")),
+            Ok(_) => {}
             Err(Stopped::Refused(error)) if args.keep_going => {
                 refused += 1;
                 report.push_str(&format!("{}\n", json!({"line": number + 1, "refused": error})));
@@ -73,7 +75,9 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
             Err(Stopped::Failed(failure)) => return Err(at(failure)),
         }
         // What has been merged is an input as much as the scene.
-        check_not_read(&outputs, editor.live.session.files(), &args.ops).map_err(at)?;
+        let merged = editor.live.session.files();
+        check_not_read(&outputs, &merged[looked_at.min(merged.len())..], &args.ops).map_err(at)?;
+        looked_at = merged.len();
         say(editor.live.new_warnings());
     }
     editor.live.finish()?;
@@ -95,6 +99,11 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
         eprintln!("warning: {refused} operations were refused and left out");
     }
     print(&lines)
+}
+
+/// Whether there is no operation in a line: the byte-order mark that some editors write is none.
+fn is_blank(line: &str) -> bool {
+    line.strip_prefix('\u{feff}').unwrap_or(line).trim().is_empty()
 }
 
 /// The scene may be written onto itself; nothing else may be an input and an output.

@@ -287,6 +287,15 @@ impl GeometryStore {
         }
     }
 
+    /// Bytes of all that is in use.
+    pub fn bytes(&self) -> u64 {
+        let bytes = |spans: &SpanAllocator, row: usize| u64::from(spans.used()) * row as u64;
+        bytes(&self.vertex_spans, size_of::<[f32; 3]>() + size_of::<VertexRow>())
+            + bytes(&self.index_spans, size_of::<u32>())
+            + bytes(&self.tangent_spans, size_of::<u32>())
+            + bytes(&self.emitter_spans, size_of::<EmitterTriangle>())
+    }
+
     /// The spans of vertices, indices, tangents and area tables.
     pub fn occupancy(&self) -> [&SpanAllocator; 4] {
         [&self.vertex_spans, &self.index_spans, &self.tangent_spans, &self.emitter_spans]

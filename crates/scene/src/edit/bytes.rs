@@ -22,6 +22,14 @@ pub(super) fn bytes_of(scene: &Scene, edit: &Edit) -> usize {
     }
 }
 
+/// Bytes that a scene holds, what is parked included: its blobs, and the slots of its objects.
+pub(super) fn held_bytes(scene: &Scene) -> u64 {
+    let buffers: usize = scene.buffers.all().map(|buffer| buffer.data.len()).sum();
+    let images: usize = scene.images.all().map(|image| image.data.as_ref().map_or(0, |data| data.len())).sum();
+    let slots = scene.nodes.slot_bytes() + scene.meshes.slot_bytes() + scene.accessors.slot_bytes();
+    (buffers + images + slots) as u64
+}
+
 fn step_bytes(scene: &Scene, step: &Step) -> usize {
     match step {
         Step::Unpark(ids) => ids.iter().map(|&id| size_of::<AnyId>() + parked_bytes(scene, id)).sum(),

@@ -33,13 +33,18 @@ impl Folder {
         Self { path: path.to_owned(), import }
     }
 
-    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read.
+    /// Reads a document for `Edit::MergeScene`, which will know it by the hash of what has been read. It may take
+    /// `max_memory` bytes.
     ///
     /// # Errors
     /// The file and why it cannot be read.
-    pub fn read(&self, path: &str) -> Result<Read, EditError> {
+    pub fn read(&self, path: &str, max_memory: u64) -> Result<Read, EditError> {
+        if path.is_empty() {
+            return Err(EditError::value("/path", "it is empty: name the file that is to be merged"));
+        }
         let full = self.path.join(path);
-        let imported = import_path(&full, &self.import).map_err(|error| EditError::File(error.to_string()))?;
+        let import = ImportOptions { max_memory: max_memory.min(self.import.max_memory), ..self.import.clone() };
+        let imported = import_path(&full, &import).map_err(|error| EditError::File(error.to_string()))?;
         let blake3 = hash(&full, &imported.scene)
             .map_err(|error| EditError::File(format!("{}: cannot be read: {error}", full.display())))?;
         let mut files = imported.files;
@@ -54,7 +59,7 @@ impl Folder {
     /// # Errors
     /// The file, and why it cannot be read, or that its content is not what it was when the log was made.
     pub fn read_again(&self, file: &MergedFile) -> Result<Arc<Scene>, EditError> {
-        let found = self.read(&file.path)?.file;
+        let found = self.read(&file.path, self.import.max_memory)?.file;
         let full = self.path.join(&file.path);
         match found.scene {
             Some(scene) if found.blake3 == file.blake3 => Ok(scene),

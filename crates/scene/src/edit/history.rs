@@ -67,9 +67,13 @@ impl History {
     /// # Errors
     /// As [`Scene::apply`]. Nothing is forgotten then.
     pub fn apply(&mut self, scene: &mut Scene, edit: Edit, grouping: Grouping) -> Result<Applied, EditError> {
+        // What had been undone makes room for what is new, numbers included, but only if there will be anything new.
+        if !self.undone.is_empty() {
+            scene.would_apply(edit.clone())?;
+            self.forget_undone(scene);
+        }
         let applied = scene.apply(edit.clone())?;
         let edit = without_document(edit);
-        self.forget_undone(scene);
         let dragged = match (&edit, grouping) {
             (Edit::SetTransform { node, .. }, Grouping::Drag(time)) => Some((*node, time)),
             _ => None,
@@ -145,7 +149,7 @@ impl History {
 
     /// Forgets what has been undone: it cannot be done again.
     pub fn forget_undone(&mut self, scene: &mut Scene) {
-        for entry in self.undone.drain(..).rev() {
+        for entry in self.undone.drain(..) {
             self.bytes -= entry.bytes;
             scene.forget(&entry.inverse);
         }

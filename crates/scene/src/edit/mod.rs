@@ -84,6 +84,24 @@ impl Scene {
         applied
     }
 
+    /// Whether [`Scene::apply`] would refuse an edit: the scene is as before, and no number is taken.
+    ///
+    /// # Errors
+    /// As [`Scene::apply`].
+    pub fn would_apply(&mut self, edit: Edit) -> Result<(), EditError> {
+        if matches!(edit, Edit::Steps { .. }) {
+            return Ok(());
+        }
+        self.prepare_edits();
+        let index = self.editing.index.take().unwrap_or_default();
+        let mut twins = std::mem::take(&mut self.editing.twins);
+        let mut plan = Plan::new(self, &index, &mut twins);
+        let planned = ops::plan(&mut plan, edit);
+        plan.abandon();
+        (self.editing.index, self.editing.twins) = (Some(index), twins);
+        planned
+    }
+
     fn apply_with(&mut self, index: &mut ReferenceIndex, twins: &mut Twins, edit: Edit) -> Result<Applied, EditError> {
         let is_foreign = matches!(edit, Edit::Steps { .. });
         let (steps, made, visited, notes) = match edit {
@@ -149,7 +167,8 @@ impl Scene {
         let Edit::Steps { steps } = edit else { return };
         for step in steps {
             if let Step::Unpark(ids) = step {
-                ids.iter().for_each(|&id| self.purge(id));
+                // So that the first one's slot is the next one to be taken.
+                ids.iter().rev().for_each(|&id| self.purge(id));
             }
         }
     }

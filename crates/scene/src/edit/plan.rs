@@ -77,7 +77,8 @@ impl<'p> Plan<'p> {
 
     /// Ends the new objects of an edit that is refused.
     pub fn abandon(self) {
-        for id in self.new {
+        // The last one first: slots that are free are taken in the reverse order in which they became so.
+        for id in self.new.into_iter().rev() {
             self.scene.purge(id);
         }
     }
@@ -160,11 +161,16 @@ impl<'p> Plan<'p> {
         Ok(scenes.collect())
     }
 
-    /// Where a node without a parent goes: the scene that is shown, or a new one if there is none.
-    pub fn root_place(&mut self) -> Place {
+    /// Where a node without a parent goes: the scene that is shown. A document without scenes shows all its nodes: it gets one
+    /// that has all roots, but for the node that is to go there. O(nodes) then, once.
+    pub fn root_place(&mut self, node: NodeId) -> Place {
         let shown = self.scene.default_scene.or_else(|| self.scene.scenes.ids().next());
         Place::RootOf(shown.unwrap_or_else(|| {
-            let scene = self.add_scene(SceneRoots::default());
+            let nodes = self.scene.nodes.iter();
+            let roots = nodes.filter(|&(id, other)| other.parent.is_none() && id != node).map(|(id, _)| id);
+            let roots = Children::from(roots.collect::<Vec<_>>());
+            self.visited += self.scene.nodes.len() as u64;
+            let scene = self.add_scene(SceneRoots { roots, ..SceneRoots::default() });
             self.step(Step::DefaultScene(Some(scene)));
             scene
         }))
@@ -177,7 +183,7 @@ impl<'p> Plan<'p> {
                 self.node(parent)?;
                 Place::Under(parent)
             }
-            None => self.root_place(),
+            None => self.root_place(node),
         };
         self.step(Step::Attach { node, place, index: usize::MAX });
         Ok(())

@@ -4,12 +4,14 @@
 //! free numbers), by `"name:TEXT"` (the first of that name), or by `"$label"`, which an earlier operation has set with
 //! `"as": "label"`. A label that is set again means the later object from then on.
 
+use super::bytes::held_bytes;
 use super::files::Folder;
 use super::names::Names;
 use super::ops::Shape;
 use super::{Applied, Edit, EditError, Grouping, History};
 use crate::Scene;
 use crate::import::ImportOptions;
+use crate::json_words::plain;
 use crate::model::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -213,8 +215,16 @@ impl Operation {
     /// What is wrong with it.
     pub fn parse(line: &str) -> Result<Self, EditError> {
         let line = line.strip_prefix('\u{feff}').unwrap_or(line);
-        serde_json::from_str(line)
-            .map_err(|error| EditError::value(member_of(line).unwrap_or_default(), error.to_string()))
+        serde_json::from_str(line).map_err(|error| {
+            if error.is_syntax() || error.is_eof() {
+                let what = format!("column {}: this is not valid JSON: {}", error.column(), plain(&error.to_string()));
+                return EditError::value("", what);
+            }
+            if !line.trim_start().starts_with('{') {
+                return EditError::value("", "an operation is an object, such as {\"op\": \"delete\", \"node\": 0}");
+            }
+            EditError::value(member_of(line).unwrap_or_default(), plain(&error.to_string()))
+        })
     }
 
     /// The name of the operation.
@@ -278,16 +288,20 @@ pub struct Session {
     files: Vec<PathBuf>,
     /// What was to be said of the one that was read last.
     read_warnings: Vec<String>,
+    /// Bytes that the scene and what is merged may take.
+    max_memory: u64,
 }
 
 impl Session {
-    /// `folder` is where the paths of `merge_scene` begin; `import` is how these files are read.
+    /// `folder` is where the paths of `merge_scene` begin; `import` is how these files are read, and how much memory they and
+    /// the scene may take together.
     pub fn new(folder: &Path, import: ImportOptions) -> Self {
         Self {
             history: History::default(),
             labels: HashMap::new(),
             names: Names::default(),
             last_label: None,
+            max_memory: import.max_memory,
             folder: Folder::new(folder, import),
             files: Vec::new(),
             read_warnings: Vec::new(),
@@ -383,7 +397,13 @@ impl Session {
         };
         match K::from_any(found) {
             Some(id) if scene.contains(id) => Ok(id),
-            Some(_) => Err(EditError::Stale(found)),
+            Some(_) => {
+                let what = match reference {
+                    Reference::Index(_) => String::new(),
+                    Reference::Text(text) => format!("{text:?}: "),
+                };
+                Err(fail(format!("{what}{}", EditError::Stale(found))))
+            }
             None => Err(fail(format!("it is a {}, and should be a {}", found.kind().name(), kind.name()))),
         }
     }
@@ -497,7 +517,7 @@ impl Session {
             Op::MergeScene { path, parent, label } => {
                 new_label = label.clone();
                 let parent = self.find_optional(scene, "parent", parent)?;
-                let read = self.folder.read(path)?;
+                let read = self.folder.read(path, self.max_memory.saturating_sub(held_bytes(scene)))?;
                 self.files.extend(read.files);
                 self.read_warnings = read.warnings;
                 Edit::MergeScene { file: read.file, parent }
@@ -570,6 +590,9 @@ fn member_of(line: &str) -> Option<String> {
     };
     let whole = fault(members.clone())?;
     let op = members.shift_remove("op")?;
+    if !op.is_string() {
+        return Some("/op".to_owned());
+    }
     if whole.starts_with("unknown field") || whole.starts_with("missing field") || whole.starts_with("unknown variant")
     {
         return None;

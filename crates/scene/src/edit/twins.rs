@@ -36,6 +36,10 @@ impl Twins {
         for &(id, _) in changes.objects() {
             match id {
                 AnyId::Mesh(id) => self.file(scene, id),
+                AnyId::Material(id) if !scene.contains(id) => {
+                    self.materials.remove(&id);
+                    self.edited.remove(&id);
+                }
                 AnyId::Material(id) if self.materials.contains_key(&id) => drop(self.edited.insert(id)),
                 _ => {}
             }

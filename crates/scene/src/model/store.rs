@@ -175,6 +175,11 @@ impl<K: Key, V> Store<K, V> {
         self.values[self.held_slot(id)?].as_ref()
     }
 
+    /// All objects, parked or not, in slot order.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &V> {
+        self.values.iter().flatten()
+    }
+
     /// [`Store::get_any`], to be changed.
     pub(crate) fn get_any_mut(&mut self, id: K) -> Option<&mut V> {
         let slot = self.held_slot(id)?;

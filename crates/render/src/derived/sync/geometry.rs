@@ -52,6 +52,22 @@ impl Sync<'_> {
         Ok(())
     }
 
+    /// Decodes, and drops, geometry that is new and that nothing shows: a full derivation decodes it too, and what that
+    /// refuses must not come into the document unnoticed.
+    pub(super) fn prove_unshown(&self) -> Result<(), DeriveError> {
+        for &mesh in &self.work.new_meshes {
+            let is_deformed = self.users(mesh).iter().any(|node| self.live.poses.contains_key(node));
+            for use_ in self.live.registry.uses(mesh).iter().filter(|_| !is_deformed) {
+                if use_.render_primitive == NONE && self.live.registry.static_slot(&use_.key).is_none() {
+                    let primitive = use_.primitive;
+                    let unshown = RenderPrimitive { mesh, primitive, deformed_by: None, tangents_from_uv: None };
+                    self.decode(std::slice::from_ref(&unshown), false, None)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn decode(
         &self,
         primitives: &[RenderPrimitive],
@@ -59,7 +75,7 @@ impl Sync<'_> {
         pose: Option<&SkinPose>,
     ) -> Result<GeometryStreams, DeriveError> {
         let emissive = vec![emissive; primitives.len()];
-        GeometryPlan::new(self.scene, primitives, &emissive, &Budget::new(self.live.max_bytes))?
+        GeometryPlan::new(self.scene, primitives, &emissive, &Budget::new(self.live.bytes_left()))?
             .decode(&|_| pose.cloned())
     }
 

@@ -39,7 +39,7 @@ use orthant_resident::spans::SpanAllocator;
 use orthant_scene::Scene;
 use orthant_scene::animation::{Pose, Posed};
 use orthant_scene::edit::ChangeSet;
-use orthant_scene::model::{NodeId, SceneId, VariantId};
+use orthant_scene::model::{MeshId, NodeId, SceneId, VariantId};
 use registry::Registry;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
@@ -89,7 +89,7 @@ pub(crate) struct Live {
     asked_variant: Option<VariantId>,
     variant: Option<VariantId>,
     images: bool,
-    /// Most bytes that one sync may decode or add.
+    /// Most bytes that geometry and images may take, and that the rows of one node may.
     max_bytes: u64,
     /// By material row: the UV set that its normal map wants tangents for.
     tangent_sets: Vec<Option<u32>>,
@@ -156,6 +156,8 @@ struct Work {
     poses: BTreeSet<NodeId>,
     /// Render nodes whose emission may have changed.
     emission: Vec<u32>,
+    /// Meshes that are new.
+    new_meshes: Vec<MeshId>,
     visited: u64,
 }
 
@@ -239,6 +241,13 @@ impl Live {
     }
 }
 
+impl Live {
+    /// Bytes that geometry and images may still take.
+    fn bytes_left(&self) -> u64 {
+        self.max_bytes.saturating_sub(self.store.bytes()).saturating_sub(self.textures.image_bytes())
+    }
+}
+
 fn not_live() -> DeriveError {
     let what = "the scene was derived to be shown once, and cannot follow edits";
     DeriveError::new("", what, "derive it with DeriveOptions::live")
@@ -310,6 +319,7 @@ impl Sync<'_> {
         self.resources(changes)?;
         self.nodes(changes);
         self.geometry()?;
+        self.prove_unshown()?;
         self.rows()?;
         self.emission()?;
         Ok(self.batch())

@@ -69,7 +69,10 @@ impl Sync<'_> {
         let mut skipped = 0;
         for id in live {
             let without_triangles = self.mesh(id)?;
-            skipped += if new.contains(&id) { without_triangles } else { 0 };
+            if new.contains(&id) {
+                skipped += without_triangles;
+                self.work.new_meshes.push(id);
+            }
         }
         self.derived.warnings.extend(skipped_primitives(skipped));
         gone.into_iter().for_each(|id| self.set_uses(id, Vec::new()));
@@ -77,7 +80,7 @@ impl Sync<'_> {
     }
 
     /// The nodes that refer to an object.
-    fn users(&self, id: impl Into<AnyId>) -> Vec<NodeId> {
+    pub(super) fn users(&self, id: impl Into<AnyId>) -> Vec<NodeId> {
         let Some(index) = self.scene.reference_index() else { return Vec::new() };
         let users = index.referrers(id).filter_map(|(owner, _)| match owner {
             Owner::Object(AnyId::Node(node)) => Some(node),

@@ -25,6 +25,8 @@ pub struct TextureTable {
     /// By material row: what has been made of specular and glossiness.
     converted: HashMap<u32, Converted>,
     images: u32,
+    /// Bytes of the images.
+    image_bytes: u64,
 }
 
 /// A material given by specular and glossiness, and what stands for it. Converting textures costs their texels, so an edit of
@@ -55,7 +57,9 @@ impl Converted {
 impl TextureTable {
     /// What a full derivation has made.
     pub fn new(materials: &Materials) -> Self {
-        let mut table = Self { images: materials.images.len() as u32, ..Self::default() };
+        let images = || materials.images.iter().filter_map(|write| write.image.as_ref());
+        let image_bytes = images().map(|image| image.texels.len() as u64).sum();
+        let mut table = Self { images: materials.images.len() as u32, image_bytes, ..Self::default() };
         let is_there = |row: &TextureRow| materials.images[row.image as usize].image.is_some();
         for (i, (row, key)) in materials.textures.iter().zip(&materials.textures_of).enumerate() {
             if let Some(key) = key.filter(|_| is_there(row)) {
@@ -84,6 +88,11 @@ impl TextureTable {
     fn conversion(&self, id: MaterialId, given: &SpecularGlossiness) -> Option<&Converted> {
         let own = self.converted.get(&material_row(Some(id))).filter(|made| made.given == *given);
         own.or_else(|| self.converted.values().find(|made| made.given == *given))
+    }
+
+    /// Bytes of the images that are resident.
+    pub fn image_bytes(&self) -> u64 {
+        self.image_bytes
     }
 
     /// Slots of the image table that have been given away.
@@ -118,7 +127,7 @@ impl Sync<'_> {
             self.live.textures.note_conversion(id, &material, &row);
             return Ok((row, mean));
         }
-        let limits = ImageLimits { max_bytes: self.live.max_bytes, levels: Levels::All };
+        let limits = ImageLimits { max_bytes: self.live.bytes_left(), levels: Levels::All };
         let limits = self.live.images.then_some(limits);
         let new = derive_some(self.posed, &[id], limits, &mut self.derived.warnings)?;
         let (mut row, mean) = (new.rows[0], new.mean_emission[0]);
@@ -182,6 +191,7 @@ impl Sync<'_> {
         let slot = self.live.textures.images;
         self.live.textures.images += 1;
         let image = new.images[image as usize].image.clone();
+        self.live.textures.image_bytes += image.as_ref().map_or(0, |image| image.texels.len() as u64);
         self.live.dirty.images.push(ImageWrite { slot, image });
         self.derived.textures.push(TextureRow { image: slot, sampling });
         let place = self.derived.textures.len() as u32 - 1;

@@ -48,6 +48,7 @@ impl Needs {
 
 /// The texture coordinate sets that the textures of a material are mapped by.
 fn sets(material: &Material) -> BTreeSet<u32> {
+    let given = SpecularGlossiness::of(material);
     let core = [
         &material.base_color_texture,
         &material.metallic_roughness_texture,
@@ -63,8 +64,9 @@ fn sets(material: &Material) -> BTreeSet<u32> {
     let sheen = material.sheen.iter().flat_map(|e| [&e.color_texture, &e.roughness_texture]);
     let iridescence = material.iridescence.iter().flat_map(|e| [&e.texture, &e.thickness_texture]);
     let anisotropy = material.anisotropy.iter().map(|e| &e.texture);
+    let glossiness = given.iter().flat_map(|e| [&e.diffuse_texture, &e.texture]);
     let lobes = clearcoat.chain(transmission).chain(diffuse).chain(volume).chain(specular);
-    let all = core.into_iter().chain(lobes).chain(sheen).chain(iridescence).chain(anisotropy);
+    let all = core.into_iter().chain(lobes).chain(sheen).chain(iridescence).chain(anisotropy).chain(glossiness);
     let set = |info: &TextureInfo| info.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
     all.flatten().map(set).collect()
 }

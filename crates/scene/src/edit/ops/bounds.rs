@@ -4,7 +4,7 @@
 use crate::edit::EditError;
 use crate::model::Kind;
 use serde_json::Value;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt::{Display, Write};
 
 /// What a number may be.
@@ -18,6 +18,8 @@ enum Bound {
     Positive,
     /// More than 0, this or less.
     PositiveUpTo(f64),
+    /// More than 0, less than this.
+    PositiveBelow(f64),
     /// 0 or more, less than this.
     Below(f64),
     /// 0, or 1 and more.
@@ -26,7 +28,7 @@ enum Bound {
     NotZero,
 }
 
-use Bound::{AtLeast, Below, NotZero, Positive, PositiveUpTo, Unit, ZeroOrAtLeastOne};
+use Bound::{AtLeast, Below, NotZero, Positive, PositiveBelow, PositiveUpTo, Unit, ZeroOrAtLeastOne};
 
 const MATERIAL: &[(&str, Bound)] = &[
     ("/pbrMetallicRoughness/baseColorFactor", Unit),
@@ -69,7 +71,7 @@ const LIGHT: &[(&str, Bound)] = &[
 ];
 
 const CAMERA: &[(&str, Bound)] = &[
-    ("/perspective/yfov", Positive),
+    ("/perspective/yfov", PositiveBelow(PI)),
     ("/perspective/aspectRatio", Positive),
     ("/perspective/znear", Positive),
     ("/perspective/zfar", Positive),
@@ -96,6 +98,7 @@ impl Bound {
             AtLeast(least) => v >= least,
             Positive => v > 0.0,
             PositiveUpTo(most) => v > 0.0 && v <= most,
+            PositiveBelow(end) => v > 0.0 && v < end,
             Below(end) => (0.0..end).contains(&v),
             ZeroOrAtLeastOne => v == 0.0 || v >= 1.0,
             NotZero => v != 0.0,
@@ -108,6 +111,7 @@ impl Bound {
             AtLeast(least) => format!("it has to be {least} or more"),
             Positive => "it has to be more than 0".to_owned(),
             PositiveUpTo(most) => format!("it has to be more than 0 and at most {most}"),
+            PositiveBelow(end) => format!("it has to be more than 0 and less than {end}"),
             Below(end) => format!("it has to be 0 or more and less than {end}"),
             ZeroOrAtLeastOne => "it has to be 0, or 1 or more".to_owned(),
             NotZero => "it may not be 0".to_owned(),

@@ -187,7 +187,7 @@ pub fn reparent(
     }
     let new = match parent {
         Some(parent) => Place::Under(parent),
-        None => p.root_place(),
+        None => p.root_place(node),
     };
     skins::keep(p, node, &new)?;
     for place in old {

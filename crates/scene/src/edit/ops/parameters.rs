@@ -42,6 +42,7 @@ pub fn set(p: &mut Plan<'_>, id: AnyId, patch: &Value) -> Result<()> {
     let mut value: Value = serde_json::from_slice(&text).map_err(|error| EditError::missing(id, error.to_string()))?;
     merge_patch(&mut value, patch);
     bounds::check(id.kind(), &value, patch, "/set")?;
+    members::complete(id.kind(), &value, patch, "/set")?;
     let object = object(p, id.kind(), &value, "/set", Some((&text, patch)))?;
     if let (AnyId::Material(id), Parsed::Material(new)) = (id, &object) {
         applicable::change(p, id, new)?;

@@ -332,11 +332,15 @@ fn a_label_that_is_set_again_means_the_later_object() {
 #[test]
 fn a_wrong_type_is_named_with_its_member() {
     for (line, pointer) in [
-        (r#"{"op": "set_time", "seconds": "NaN"}"#, "/seconds: invalid type: string \"NaN\", expected f64"),
+        (r#"{"op": "set_time", "seconds": "NaN"}"#, "/seconds: it has to be a number, and is the string \"NaN\""),
         (r#"{"op": "set_transform", "node": 0, "scale": [1, 2]}"#, "/scale: "),
         (r#"{"visible": "yes", "node": 0, "op": "set_visible"}"#, "/visible: "),
-        (r#"{"op": "set_visible", "node": 0}"#, "missing field `visible`"),
-        (r#"{"op": "set_visible", "node": 0, "visible": true, "junk": 1}"#, "unknown field `junk`"),
+        (r#"{"op": "set_visible", "node": 0}"#, "the member \"visible\" is missing"),
+        ("[1]", "an operation is an object"),
+        ("null", "an operation is an object"),
+        (r#"{"op": 5}"#, "/op: it has to be a string, and is 5"),
+        (r#"{"op": "delete", "#, "column 17: this is not valid JSON"),
+        (r#"{"op": "set_visible", "node": 0, "visible": true, "junk": 1}"#, "there is no member \"junk\""),
     ] {
         let error = Operation::parse(line).unwrap_err().to_string();
         assert!(error.starts_with(pointer), "{error}");
@@ -354,4 +358,105 @@ fn a_document_without_variants_says_so() {
     let mut scene = scenes::deep(2);
     let error = run(&mut session(), &mut scene, json!({"op": "select_variant", "variant": "red"})).unwrap_err();
     assert_eq!(error.to_string(), "/variant: there is no such variant: the document has none; null selects none");
+}
+
+#[test]
+fn a_document_without_scenes_gets_one_that_shows_what_was_shown() {
+    let document = json!({"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {}, {"name": "other"}]});
+    let first = |operation: Value| {
+        let mut scene = scenes::import(&document);
+        let before = bytes(&scene);
+        let mut session = session();
+        run(&mut session, &mut scene, operation).unwrap();
+        check(&scene);
+        let shown = roots(&scene, 0);
+        session.history.undo(&mut scene, 1).unwrap();
+        assert!(bytes(&scene) == before);
+        shown
+    };
+    assert_eq!(first(json!({"op": "add_node"})), [0, 2, 3]);
+    assert_eq!(first(json!({"op": "reparent", "node": 1, "parent": null})), [0, 2, 1]);
+    assert_eq!(first(json!({"op": "reparent", "node": 0, "parent": null})), [2, 0]);
+    assert_eq!(first(json!({"op": "reparent", "node": 0, "parent": null, "index": 0})), [0, 2]);
+}
+
+#[test]
+fn what_has_been_undone_gives_its_numbers_back() {
+    let mut scene = scenes::wide(3);
+    let mut session = session();
+    let next = scene.nodes.slot_bound();
+    let add = |name: &str| json!({"op": "add_node", "name": name});
+    for name in ["a", "b", "c"] {
+        run(&mut session, &mut scene, add(name)).unwrap();
+    }
+    run(&mut session, &mut scene, json!({"op": "undo", "count": 3})).unwrap();
+    // A refused edit leaves them to be redone.
+    assert!(run(&mut session, &mut scene, json!({"op": "delete", "node": 999})).is_err());
+    assert!(run(&mut session, &mut scene, json!({"op": "add_node", "parent": 999})).is_err());
+    assert_eq!(session.history.undone(), 3);
+    for name in ["first", "second", "third"] {
+        run(&mut session, &mut scene, add(name)).unwrap();
+    }
+    for (i, name) in ["first", "second", "third"].into_iter().enumerate() {
+        assert_eq!(node(&scene, next + i).name.as_deref(), Some(name));
+    }
+}
+
+#[test]
+fn what_is_given_by_specular_and_glossiness_needs_its_texture_coordinates_too() {
+    const NAME: &str = "KHR_materials_pbrSpecularGlossiness";
+    let mut scene = scenes::with_triangle(&json!({
+        "textures": [{}],
+        "materials": [{}, {"extensions": {NAME: {"diffuseTexture": {"index": 0}}}}],
+        "extensionsUsed": [NAME],
+    }));
+    let before = bytes(&scene);
+    let mut refused = |operation: Value| run(&mut session(), &mut scene, operation).unwrap_err().to_string();
+    let assign = json!({"op": "assign_material", "mesh": 0, "primitive": 0, "material": 1});
+    let error = refused(assign);
+    assert!(error.contains("TEXCOORD_0"), "{error}");
+    let set = |texture: &str, info: Value| json!({"op": "set_material", "material": 0, "set": {"extensions": {NAME: {texture: info}}}});
+    for (texture, info, words) in [
+        ("diffuseTexture", json!({"index": 0}), "TEXCOORD_0"),
+        ("specularGlossinessTexture", json!({"index": 0, "texCoord": 3}), "TEXCOORD_3"),
+        (
+            "diffuseTexture",
+            json!({"texCoord": 0}),
+            "/set/extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture: the member \"index\" is missing",
+        ),
+    ] {
+        let error = refused(set(texture, info));
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(bytes(&scene) == before);
+}
+
+#[test]
+fn a_camera_takes_the_parameters_of_its_type() {
+    let mut scene = scenes::import(&json!({
+        "asset": {"version": "2.0"},
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
+    }));
+    let set = |set: Value| json!({"op": "set_camera_params", "camera": 0, "set": set});
+    let other = json!({"xmag": 1, "ymag": 1, "znear": 0, "zfar": 10});
+    let error = run(&mut session(), &mut scene, set(json!({"orthographic": other}))).unwrap_err().to_string();
+    assert!(error.starts_with("/set/orthographic: the camera's type is \"perspective\""), "{error}");
+    run(&mut session(), &mut scene, set(json!({"type": "orthographic", "orthographic": other}))).unwrap();
+    let error = run(&mut session(), &mut scene, set(json!({"perspective": {"yfov": 2}}))).unwrap_err().to_string();
+    assert!(error.starts_with("/set/perspective"), "{error}");
+}
+
+#[test]
+fn what_is_merged_counts_with_what_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let part = scenes::with_triangle(&json!({}));
+    let size = bytes(&part).len() as u64;
+    std::fs::write(folder.path().join("part.glb"), bytes(&part)).unwrap();
+    let mut import = ImportOptions::default();
+    import.max_memory = 40 * size;
+    let mut session = Session::new(folder.path(), import);
+    let mut scene = part;
+    let merge = || json!({"op": "merge_scene", "path": "part.glb"});
+    let refused = (0..1000).find_map(|_| run(&mut session, &mut scene, merge()).err()).expect("the limit is reached");
+    assert!(refused.to_string().contains("--max-memory"), "{refused}");
 }

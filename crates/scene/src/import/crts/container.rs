@@ -4,6 +4,7 @@ use super::Fault;
 use crate::import::budget::{Budget, OverBudget};
 use crate::import::warning::{WarningKind, Warnings};
 use crate::import::{ImportFault, Place};
+use crate::json_words::plain;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
 use std::ops::Range;
@@ -65,8 +66,7 @@ pub fn parse_header<T: DeserializeOwned>(
 
 /// The place of a fault is found by a second, slower pass, which good files never need.
 fn fault_of<T: DeserializeOwned>(text: &str, start: usize, error: &serde_json::Error) -> Fault {
-    let message = error.to_string();
-    let message = message.rfind(" at line ").map_or(message.as_str(), |end| &message[..end]);
+    let message = plain(&error.to_string());
     if error.is_syntax() || error.is_eof() {
         let place = Place::Offset((start + offset_of(text, error.line(), error.column())) as u64);
         return (place, ImportFault::Json(format!("the header is not valid JSON: {message}")));
@@ -82,7 +82,7 @@ fn fault_of<T: DeserializeOwned>(text: &str, start: usize, error: &serde_json::E
             }
         }
     }
-    (Place::Pointer(pointer), ImportFault::Json(message.to_owned()))
+    (Place::Pointer(pointer), ImportFault::Json(message))
 }
 
 /// The byte at a line and column, both counted from 1.

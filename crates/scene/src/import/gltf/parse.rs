@@ -1,6 +1,7 @@
 //! From text to schema, with the place of a fault.
 
 use crate::import::{ImportFault, Place};
+use crate::json_words::plain;
 use crate::place::{At, push_key};
 use serde::Deserialize;
 use serde_path_to_error::Segment;
@@ -14,7 +15,7 @@ pub fn parse<'a, T: Deserialize<'a>>(text: &'a str, at: &At<'_>) -> Result<T, (P
                 At::Root => Place::Line { line: error.line(), column: error.column() },
                 _ => at.place(),
             };
-            return (place, ImportFault::Json(format!("this is not valid JSON: {}", without_position(&error))));
+            return (place, ImportFault::Json(format!("this is not valid JSON: {}", plain(&error.to_string()))));
         }
         let mut deserializer = serde_json::Deserializer::from_str(text);
         let mut pointer = at.pointer();
@@ -27,14 +28,6 @@ pub fn parse<'a, T: Deserialize<'a>>(text: &'a str, at: &At<'_>) -> Result<T, (P
                 }
             }
         }
-        (Place::Pointer(pointer), ImportFault::Json(without_position(&error)))
+        (Place::Pointer(pointer), ImportFault::Json(plain(&error.to_string())))
     })
-}
-
-fn without_position(error: &serde_json::Error) -> String {
-    let message = error.to_string();
-    match message.rfind(" at line ") {
-        Some(end) => message[..end].to_owned(),
-        None => message,
-    }
 }
