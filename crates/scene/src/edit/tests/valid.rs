@@ -452,8 +452,7 @@ fn what_is_merged_counts_with_what_is_there() {
     let part = scenes::with_triangle(&json!({}));
     let size = bytes(&part).len() as u64;
     std::fs::write(folder.path().join("part.glb"), bytes(&part)).unwrap();
-    let mut import = ImportOptions::default();
-    import.max_memory = 40 * size;
+    let import = ImportOptions { max_memory: 40 * size, ..ImportOptions::default() };
     let mut session = Session::new(folder.path(), import);
     let mut scene = part;
     let merge = || json!({"op": "merge_scene", "path": "part.glb"});
