@@ -2,10 +2,10 @@
 
 use crate::device::{Device, DeviceOptions, Messages};
 use crate::error::{Result, VulkanError};
-use crate::memory::{Buffer, Queue, Staging};
+use crate::memory::{Queue, Staging};
 use crate::raster::{self, Raster, RasterJob, RasterOptions, RasterPasses, RasterReport, RasterScene};
 use crate::scene::{Applied, ResidentRows, ResidentScene};
-use crate::trace::{Job, Passes, RayTracer, TlasSet};
+use crate::trace::{Job, Passes, PathPool, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
@@ -23,8 +23,7 @@ pub struct VulkanBackend {
     raster_job: Option<RasterJob>,
     tlas: Option<TlasSet>,
     pipeline: RayTracer,
-    /// Memory of the paths under way.
-    paths: Option<Buffer>,
+    paths: PathPool,
     /// Made with the first frame that is rasterized.
     raster: Option<Raster>,
     raster_report: RasterReport,
@@ -97,7 +96,7 @@ impl VulkanBackend {
             raster_job: None,
             tlas: None,
             pipeline,
-            paths: None,
+            paths: PathPool::default(),
             raster: None,
             raster_report: RasterReport::default(),
             scene,

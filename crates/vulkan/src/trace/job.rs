@@ -7,6 +7,7 @@
 //! Where paths are traced in stages, what is called a dispatch here is one for each stage of each vertex that the longest
 //! path may have, if need be in several submissions: those that find all paths at their end take next to no time.
 
+use super::paths::{Columns, PathPool};
 use super::{Generation, RayTracer, TlasSet};
 use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
 use crate::device::Device;
@@ -25,6 +26,8 @@ use std::time::{Duration, Instant};
 const AHEAD: usize = 3;
 /// Samples of the first dispatch of a frame, whose speed nobody knows.
 const FIRST_SAMPLES: u64 = 1 << 16;
+/// The same where paths are traced in stages, except by software: few paths take as long as many.
+const FIRST_STAGED: u64 = 1 << 21;
 /// Sets of four counters of one dispatch; `COUNTER_SETS` of the shaders.
 const COUNTER_SETS: u64 = 64;
 /// Bytes of them.
@@ -32,15 +35,6 @@ const COUNTERS: u64 = 16 * COUNTER_SETS;
 /// Time that one dispatch should take at most: longer ones make a desktop stutter.
 const LONGEST: Duration = Duration::from_millis(100);
 
-/// Paths that are under way where they are traced in stages: as many as take this part of the device's memory, within bounds
-/// (and a row of the tile). The more there are, the less it counts that stages wait for each other.
-const MEMORY_SHARE: u64 = 64;
-const LEAST_PATHS: u64 = 1 << 16;
-const MOST_PATHS: u64 = 1 << 21;
-/// Columns of four numbers that are kept of a path; `Column` of the shaders.
-const COLUMNS: u64 = 15;
-/// The column with what is to be done with a path: `Column::THROUGHPUT`.
-const STATUS_COLUMN: u64 = 2;
 /// Vertices that one submission traces.
 const VERTICES: u64 = 128;
 
@@ -51,8 +45,7 @@ pub(crate) struct Passes<'p> {
     pub pipeline: &'p RayTracer,
     pub tlas: &'p TlasSet,
     pub images: vk::DescriptorSet,
-    /// Memory of the paths under way, which one frame leaves to the next.
-    pub paths: &'p mut Option<Buffer>,
+    pub paths: &'p mut PathPool,
 }
 
 /// A dispatch that is on its way.
@@ -87,8 +80,8 @@ pub(crate) struct Job {
     /// First sample of the block that is being handed in, and the rows of it that have been.
     sample: u32,
     row: u32,
-    /// Paths that may be under way, where they are traced in stages.
-    stride: u64,
+    /// Where paths are traced in stages: what is kept of them.
+    columns: Option<Columns>,
     dispatch: Option<Dispatch>,
     dispatches: u64,
     has_centers: bool,
@@ -138,20 +131,14 @@ impl Job {
     ) -> Result<Self> {
         passes.pipeline.check_width(frame.tile.width)?;
         let buffers = Buffers::new(passes.device, &frame)?;
-        let tile = frame.tile;
-        let pixels = u64::from(tile.width) * u64::from(tile.height);
-        let room = passes.device.info.memory / MEMORY_SHARE / (16 * COLUMNS);
-        let stride = pixels.min(room.clamp(LEAST_PATHS, MOST_PATHS).max(u64::from(tile.width)));
-        let is_staged = passes.pipeline.staged().is_some();
-        if is_staged && passes.paths.as_ref().is_none_or(|paths| paths.size < COLUMNS * 16 * stride) {
-            let usage = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
-            let new = Buffer::new(passes.device, "paths under way", COLUMNS * 16 * stride, usage, Place::Device)?;
-            if let Some(old) = passes.paths.replace(new) {
-                passes.queue.retire(old);
-            }
+        let columns = match passes.pipeline.staged() {
+            Some(_) => Some(passes.paths.columns(passes.device, passes.queue, frame.tile)?),
+            None => None,
+        };
+        let mut table = buffers.table(&frame);
+        if let Some(columns) = columns {
+            (table.paths, table.path_stride) = (columns.address, columns.stride as u32);
         }
-        let paths = passes.paths.as_ref().filter(|_| is_staged).map_or(0, |paths| paths.address);
-        let table = FrameTable { paths, path_stride: stride as u32, ..buffers.table(&frame) };
         let mut commands = passes.queue.begin()?;
         commands.full_barrier();
         commands.update(buffers.tables.raw, SCENE_AT, bytemuck::bytes_of(scene));
@@ -167,7 +154,7 @@ impl Job {
             ticket,
             sample: frame.samples.start,
             row: 0,
-            stride,
+            columns,
             dispatch: None,
             dispatches: 0,
             has_centers: false,
@@ -223,13 +210,16 @@ impl Job {
     }
 
     /// The next rows of the block, as many as take about a time.
-    fn next_dispatch(&mut self, time: Duration, is_staged: bool, most_rows: u32) -> Dispatch {
+    fn next_dispatch(&mut self, device: &Device, time: Duration) -> Dispatch {
         let (tile, end) = (self.frame.tile, self.block_end());
         let a_row = u64::from(tile.width) * u64::from(end - self.sample);
-        let samples = self.pace.map_or(FIRST_SAMPLES as f64, |pace| time.as_secs_f64() / pace);
+        let is_quick = self.columns.is_some() && !device.info.is_software();
+        let first = if is_quick { FIRST_STAGED } else { FIRST_SAMPLES };
+        let samples = self.pace.map_or(first as f64, |pace| time.as_secs_f64() / pace);
         let mut rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
-        if is_staged {
-            rows = rows.min((self.stride / u64::from(tile.width)) as u32).min(most_rows);
+        if let Some(columns) = self.columns {
+            let most = device.info.limits.max_dispatch_rows.max(1);
+            rows = rows.min((columns.stride / u64::from(tile.width)) as u32).min(most);
         }
         self.dispatches += 1;
         Dispatch {
@@ -244,10 +234,9 @@ impl Job {
 
     /// Hands in the next rows of the block, or more vertices of their paths.
     fn hand_in(&mut self, passes: &mut Passes<'_>, time: Duration) -> Result<()> {
-        let is_staged = passes.pipeline.staged().is_some();
         let mut dispatch = match self.dispatch.take() {
             Some(dispatch) => dispatch,
-            None => self.next_dispatch(time, is_staged, passes.device.info.limits.max_dispatch_rows.max(1)),
+            None => self.next_dispatch(passes.device, time),
         };
         let Some(buffers) = &self.buffers else { return Ok(()) };
         let (tile, end, rows) = (self.frame.tile, self.block_end(), dispatch.rows);
@@ -257,10 +246,8 @@ impl Job {
         let mut commands = passes.queue.begin()?;
         commands.full_barrier();
         commands.fill(buffers.counters.raw, u64::from(slot) * COUNTERS, COUNTERS, 0);
-        if let Some(paths) = passes.paths.as_ref().filter(|_| is_staged && !dispatch.begun) {
-            let count = u64::from(tile.width) * u64::from(rows);
-            commands.fill(paths.raw, STATUS_COLUMN * 16 * self.stride, 16 * count, 0);
-            dispatch.begun = true;
+        if let Some(columns) = self.columns.filter(|_| !std::mem::replace(&mut dispatch.begun, true)) {
+            columns.begin(&mut commands, u64::from(tile.width) * u64::from(rows));
         }
         commands.full_barrier();
         let mut push = TracePush {

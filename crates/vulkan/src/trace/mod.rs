@@ -1,15 +1,17 @@
 //! Frames: what traces rays, and a frame under way.
 //!
 //! * [`pipeline`]: the ray tracing pipeline; [`query`]: its twin of ray queries, for devices without;
-//! * [`job`]: a frame under way;
+//! * [`job`]: a frame under way; [`paths`]: memory of its paths;
 //! * [`compute`]: passes beside it.
 
 pub(crate) mod compute;
 mod job;
+mod paths;
 mod pipeline;
 mod query;
 
 pub(crate) use job::{Job, Passes};
+pub(crate) use paths::PathPool;
 pub(crate) use pipeline::{Generation, TlasSet};
 
 use crate::abi::TracePush;
