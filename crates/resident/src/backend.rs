@@ -28,9 +28,15 @@ pub enum BackendError {
     /// The ticket is not the last one that was handed out, or was read back already.
     #[error("unknown ticket {0:?}: a new frame or a readback has ended it")]
     UnknownTicket(Ticket),
-    /// The device is gone or lacks something.
+    /// The device lacks something.
     #[error("{0}")]
     Device(String),
+    /// The device's memory is used up. A batch that fails so may leave no scene: it has to be loaded again.
+    #[error("{0}")]
+    OutOfMemory(String),
+    /// The device is gone, and with it all that was resident: another backend is needed.
+    #[error("{0}")]
+    Lost(String),
 }
 
 /// A frame that was handed in.

@@ -2,9 +2,9 @@
 
 use crate::device::{Device, DeviceOptions, Messages};
 use crate::error::{Result, VulkanError};
-use crate::memory::{Queue, Staging};
+use crate::memory::{Queue, Staging, Timings};
 use crate::raster::{self, Raster, RasterJob, RasterOptions, RasterPasses, RasterReport, RasterScene};
-use crate::scene::{Applied, ResidentRows, ResidentScene};
+use crate::scene::{AccelerationBytes, Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, PathPool, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame};
@@ -136,12 +136,31 @@ impl VulkanBackend {
         Uploaded { batch: self.applied.uploaded, overhead: self.applied.overhead, waits: self.queue.waits }
     }
 
+    /// What acceleration structures take.
+    pub fn acceleration_bytes(&self) -> AccelerationBytes {
+        self.scene.acceleration_bytes()
+    }
+
     /// Whether the device has done all that was handed in. Never waits.
     ///
     /// # Errors
     /// If the device is gone.
     pub fn is_idle(&self) -> Result<bool> {
         Ok(self.queue.done()? == self.queue.last())
+    }
+
+    /// Has the stages of what is handed in from now on measured on the device, or not. Whether it can: some have no
+    /// timestamps.
+    pub fn set_timed(&mut self, is_timed: bool) -> bool {
+        self.queue.set_timed(is_timed)
+    }
+
+    /// What the stages have taken since this was asked last, as far as the device is done with them.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn take_timings(&mut self) -> Result<Timings> {
+        self.queue.take_timings()
     }
 
     /// What the validation layers have said; `None` without them.
@@ -208,7 +227,7 @@ impl VulkanBackend {
 
     fn usable(&self) -> std::result::Result<(), BackendError> {
         match &self.broken {
-            Some(error) => Err(BackendError::Device(format!("an earlier batch failed: {error}"))),
+            Some(error) => Err(error.as_backend_error(format!("an earlier batch failed: {error}"))),
             None => Ok(()),
         }
     }

@@ -46,12 +46,23 @@ pub enum VulkanError {
     Limit(String),
 }
 
+impl VulkanError {
+    /// The kind of failure that it is to whoever uses a backend, in some words.
+    pub(crate) fn as_backend_error(&self, text: String) -> BackendError {
+        match self {
+            Self::OutOfMemory { .. } | Self::Allocation { .. } => BackendError::OutOfMemory(text),
+            Self::Lost(_) => BackendError::Lost(text),
+            _ => BackendError::Device(text),
+        }
+    }
+}
+
 /// What most calls give.
 pub type Result<T> = std::result::Result<T, VulkanError>;
 
 impl From<VulkanError> for BackendError {
     fn from(error: VulkanError) -> Self {
-        Self::Device(error.to_string())
+        error.as_backend_error(error.to_string())
     }
 }
 

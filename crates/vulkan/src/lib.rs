@@ -20,4 +20,5 @@ mod trace;
 
 pub use backend::{Uploaded, VulkanBackend};
 pub use error::VulkanError;
-pub use scene::ResidentRows;
+pub use memory::{Stage, StageTime, Timings};
+pub use scene::{AccelerationBytes, ResidentRows};

@@ -254,6 +254,7 @@ Suites:
   derive       model to rows, from 1,000 to 1,000,000 render nodes, beside copying the rows
   trace FILE   primary, shadow and incoherent rays, beside crate `obvhs`
   render FILE  whole frames of 960x540 with 16 samples; with --renderer raster, passes over it
+  resident     from a derived scene (of FILE, or 100,000 and 1,000,000 instances) to a resident one
   edit         edit, sync and apply, from 1,000 to 1,000,000 nodes
 
 Examples:
@@ -275,19 +276,19 @@ pub struct BenchArgs {
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
-    /// What renders or follows, for `render` and `edit`
+    /// What renders or follows, for `render`, `resident` and `edit`
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
-    /// The device, by its number in `orthant devices` or a part of its name, for `render` and `edit`
+    /// The device, by its number in `orthant devices` or a part of its name, likewise
     #[arg(long, value_name = "INDEX|NAME", value_parser = values::device)]
     pub device: Option<String>,
-    /// How a Vulkan device traces rays, for `render`
+    /// How a Vulkan device traces rays
     #[arg(long, value_enum, default_value_t = TracerArg::Auto)]
     pub tracer: TracerArg,
     /// What renders, for `render`: raster measures its passes, with and without culling
     #[arg(long, value_enum, default_value_t = RendererArg::Path)]
     pub renderer: RendererArg,
-    /// The one size to measure at, for `edit` (nodes) and `bvh` (boxes)
+    /// The one size to measure at, for `edit` (nodes), `resident` (instances) and `bvh` (boxes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub size: Option<u32>,
 }
@@ -303,6 +304,8 @@ pub enum BenchSuite {
     Trace,
     /// Frames
     Render,
+    /// Batches
+    Resident,
     /// Edits
     Edit,
     /// Bounding volume hierarchies

@@ -10,6 +10,7 @@ use orthant_scene::animation::Pose;
 use orthant_scene::edit::{Cursor, Edit, Grouping, History};
 use orthant_scene::import::{ImportOptions, import_slice};
 use orthant_scene::model::{MaterialId, NodeId, Transform};
+use orthant_vulkan::{Stage, Timings};
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -37,7 +38,7 @@ pub fn run(asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failu
 }
 
 /// Groups of a thousand nodes below a chain of some depth, as a document.
-fn scene(nodes: u32, depth: u32) -> Result<Scene, Failure> {
+pub(super) fn scene(nodes: u32, depth: u32) -> Result<Scene, Failure> {
     let groups = nodes.div_ceil(SUBTREE);
     let mut list = Vec::with_capacity((nodes + depth + 1) as usize);
     // The chain: its last node has the groups.
@@ -97,6 +98,9 @@ fn scene(nodes: u32, depth: u32) -> Result<Scene, Failure> {
         .map_err(|e| internal(e.to_string()))
 }
 
+/// Nodes that are edited before one sync.
+const SCATTERED: u32 = 1_000;
+
 /// An edit that has been followed.
 struct Edited {
     /// Until the backend had taken the batch.
@@ -104,6 +108,16 @@ struct Edited {
     /// Until a device had done its work too.
     settled: Duration,
     report: SyncReport,
+    /// What the stages of the device have taken, where they are measured.
+    stages: Option<Timings>,
+}
+
+/// What is reported of one kind of edit.
+struct Figure {
+    measured: Measured,
+    settled: Vec<f64>,
+    report: SyncReport,
+    stages: Vec<Timings>,
 }
 
 struct Live {
@@ -112,6 +126,8 @@ struct Live {
     derived: DerivedScene,
     backend: AnyBackend,
     cursor: Cursor,
+    /// Whether the stages of the device are measured: that costs the host a little.
+    is_timed: bool,
 }
 
 fn internal(what: impl ToString) -> Failure {
@@ -125,7 +141,7 @@ impl Live {
         let mut derived = DerivedScene::derive(&scene, &options).map_err(internal)?;
         backend.apply(derived.load_batch()).map_err(internal)?;
         let cursor = scene.change_log().cursor();
-        Ok(Self { scene, history: History::default(), derived, backend, cursor })
+        Ok(Self { scene, history: History::default(), derived, backend, cursor, is_timed: false })
     }
 
     fn follow(&mut self) -> Result<SyncReport, Failure> {
@@ -143,14 +159,38 @@ impl Live {
     }
 
     /// Waits until a device has done what the edit made it do.
-    fn settle(&self, start: Instant, report: SyncReport) -> Result<Edited, Failure> {
+    fn settle(&mut self, start: Instant, report: SyncReport) -> Result<Edited, Failure> {
         let host = start.elapsed();
         if let AnyBackend::Vulkan(vulkan) = &self.backend {
             while !vulkan.is_idle().map_err(internal)? {
                 std::hint::spin_loop();
             }
         }
-        Ok(Edited { host, settled: start.elapsed(), report })
+        let settled = start.elapsed();
+        let stages = match &mut self.backend {
+            AnyBackend::Vulkan(vulkan) if self.is_timed => Some(vulkan.take_timings().map_err(internal)?),
+            _ => None,
+        };
+        Ok(Edited { host, settled, report, stages })
+    }
+
+    /// Many edits, followed at once.
+    fn edit_all(&mut self, edits: Vec<Edit>) -> Result<Edited, Failure> {
+        let start = Instant::now();
+        for edit in edits {
+            self.history.apply(&mut self.scene, edit, Grouping::Alone).map_err(internal)?;
+        }
+        let report = self.follow()?;
+        self.settle(start, report)
+    }
+
+    /// Has the stages of a device measured from now on; false where there are none.
+    fn measure_stages(&mut self) -> Result<bool, Failure> {
+        self.is_timed = match &mut self.backend {
+            AnyBackend::Vulkan(vulkan) => vulkan.set_timed(true) && vulkan.take_timings().is_ok(),
+            AnyBackend::Cpu(_) => false,
+        };
+        Ok(self.is_timed)
     }
 
     fn undo(&mut self) -> Result<Edited, Failure> {
@@ -178,45 +218,80 @@ fn measure(
     let names = [
         "transform_leaf",
         "material",
+        "scattered_1000",
         "duplicate_1000",
         "delete_1000",
         "undo_delete_1000",
         "hide_1000",
         "reparent_1000",
     ];
-    let mut figures: Vec<(Measured, Vec<f64>, SyncReport)> = names
-        .iter()
-        .map(|name| (Measured::new(name, n.into()).with("depth", depth), Vec::new(), SyncReport::default()))
-        .collect();
+    let mut figures = names.map(|name| Figure {
+        measured: Measured::new(name, n.into()).with("depth", depth),
+        settled: Vec::new(),
+        report: SyncReport::default(),
+        stages: Vec::new(),
+    });
     let mut note = |figure: usize, edited: Edited| {
-        figures[figure].0.runs.push(edited.host);
-        figures[figure].1.push(edited.settled.as_secs_f64());
-        figures[figure].2 = edited.report;
+        let figure = &mut figures[figure];
+        match edited.stages {
+            // A run that is measured on the device is not one that is measured here.
+            Some(stages) => figure.stages.push(stages),
+            None => {
+                figure.measured.runs.push(edited.host);
+                figure.settled.push(edited.settled.as_secs_f64());
+            }
+        }
+        figure.report = edited.report;
     };
     let move_to = |node: NodeId, x: f64| {
         let transform = Transform::Trs { translation: [x, 1.0, 0.0], rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3] };
         Edit::SetTransform { node, transform }
     };
+    // The node at the top of every group has the others.
+    let leaf = |live: &Live, i: u32| {
+        let at = i % n;
+        let is_top = at.is_multiple_of(SUBTREE);
+        node(
+            live,
+            depth
+                + if !is_top {
+                    at
+                } else if at + 1 < n {
+                    at + 1
+                } else {
+                    at - 1
+                },
+        )
+    };
     // Once to warm up.
     live.edit(move_to(top, 0.5))?;
-    for run in 0..settings.runs {
+    for run in 0..=settings.runs {
+        if run == settings.runs && !live.measure_stages()? {
+            break;
+        }
         for i in 0..SMALL_EDITS {
-            let leaf = node(&live, depth + 1 + (i * 7919 + run as u32) % (n - 1).min(n - n / SUBTREE.min(n)))?;
+            let leaf = leaf(&live, i * 7919 + run as u32)?;
             let edited = live.edit(move_to(leaf, f64::from(i)))?;
             note(0, edited);
             let set = json!({"pbrMetallicRoughness": {"roughnessFactor": f64::from(i) / f64::from(SMALL_EDITS)}});
             let edited = live.edit(Edit::SetMaterial { material, set })?;
             note(1, edited);
         }
+        for i in 0..SMALL_EDITS / 100 {
+            let slots = 0..SCATTERED.min(n - 1);
+            let moves = slots.map(|k| Ok(move_to(leaf(&live, k * 7919 + run as u32)?, f64::from(i + k))));
+            let scattered = live.edit_all(moves.collect::<Result<_, Failure>>()?)?;
+            note(2, scattered);
+        }
         let duplicated = live.edit(Edit::Duplicate { node: top })?;
-        note(2, duplicated);
+        note(3, duplicated);
         live.undo()?;
         let deleted = live.edit(Edit::Delete { node: top })?;
-        note(3, deleted);
+        note(4, deleted);
         let restored = live.undo()?;
-        note(4, restored);
+        note(5, restored);
         let hidden = live.edit(Edit::SetVisible { node: top, visible: false })?;
-        note(5, hidden);
+        note(6, hidden);
         live.undo()?;
         let wrapper = Edit::AddNode { parent: Some(parent), name: None, transform: Transform::default() };
         let made = live.history.apply(&mut live.scene, wrapper, Grouping::Alone).map_err(internal)?.made;
@@ -225,7 +300,7 @@ fn measure(
         live.edit(move_to(wrapper, 3.0))?;
         let moved = Edit::Reparent { node: top, parent: Some(wrapper), index: None, keep_world: false };
         let moved = live.edit(moved)?;
-        note(6, moved);
+        note(7, moved);
         (0..3).try_for_each(|_| live.undo().map(|_| ()))?;
     }
     // The check looks at everything, and derives everything anew.
@@ -233,7 +308,7 @@ fn measure(
         live.derived.check(&live.scene).map_err(internal)?;
         live.backend.validate(&live.derived)?;
     }
-    for (measured, mut settled, report) in figures {
+    for Figure { measured, mut settled, report, stages } in figures {
         let mut times: Vec<f64> = measured.runs.iter().map(Duration::as_secs_f64).collect();
         times.sort_by(f64::total_cmp);
         let p99 = times[(times.len() * 99 / 100).min(times.len() - 1)];
@@ -242,6 +317,14 @@ fn measure(
         if matches!(live.backend, AnyBackend::Vulkan(_)) {
             settled.sort_by(f64::total_cmp);
             measured = measured.with("settled_s", settled[settled.len() / 2]);
+        }
+        for (stage, name) in Stage::ALL {
+            let mut seconds: Vec<f64> =
+                stages.iter().map(|times| times.of(stage)).filter(|t| t.count > 0).map(|t| t.seconds).collect();
+            seconds.sort_by(f64::total_cmp);
+            if let Some(&median) = seconds.get(seconds.len() / 2) {
+                measured = measured.with(&format!("gpu_{name}_s"), median);
+            }
         }
         results.push(measured.with("backend", live.backend.name()).with("device", live.backend.device()));
     }

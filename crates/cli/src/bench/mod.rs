@@ -10,6 +10,7 @@ mod load;
 mod memory;
 mod raster;
 mod render;
+mod resident;
 mod trace;
 
 use crate::failure::Failure;
@@ -86,6 +87,8 @@ pub enum Suite<'a> {
     Render(&'a Path, Asked<'a>),
     /// Passes of the raster preview, likewise.
     Raster(&'a Path, Asked<'a>),
+    /// A derived scene to a resident one, of a file or of made instances.
+    Resident(Option<&'a Path>, Asked<'a>),
     /// Edit, sync and apply, by a backend on a device.
     Edit(Asked<'a>),
     /// Bounding volume hierarchies, beside `obvhs`.
@@ -100,6 +103,7 @@ impl Suite<'_> {
             Self::Derive => "derive",
             Self::Trace(_) => "trace",
             Self::Render(..) | Self::Raster(..) => "render",
+            Self::Resident(..) => "resident",
             Self::Edit(..) => "edit",
             Self::Bvh => "bvh",
         }
@@ -130,6 +134,7 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Trace(file) => trace::run(file, settings)?,
         Suite::Render(file, asked) => render::run(file, &asked, settings)?,
         Suite::Raster(file, asked) => raster::run(file, &asked, settings)?,
+        Suite::Resident(file, asked) => resident::run(file, &asked, settings)?,
         Suite::Edit(asked) => edit::run(&asked, settings)?,
         Suite::Bvh => bvh::run(settings),
     };

@@ -23,6 +23,7 @@ pub(super) fn internal(error: orthant_resident::BackendError) -> Failure {
 pub(super) fn prepare(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<(AnyBackend, Frame, u64), Failure> {
     let mut loaded = super::load(file, settings)?;
     let mut backend = open(asked)?;
+    backend.measure_stages();
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
     backend.set_environment(environment).map_err(internal)?;
     let batch = loaded.derived.load_batch();
@@ -55,6 +56,7 @@ pub(super) fn prepare(file: &Path, asked: &Asked<'_>, settings: Settings) -> Res
 pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Measured>, Failure> {
     let (mut backend, frame, _) = prepare(file, asked, settings)?;
     let samples = u64::from(WIDTH) * u64::from(HEIGHT) * u64::from(SAMPLES);
+    let loading = backend.stage_times().map_err(internal)?;
     let mut measured = Measured::new("render", samples);
     let mut rays = 0;
     for _ in 0..settings.runs {
@@ -70,6 +72,15 @@ pub fn run(file: &Path, asked: &Asked<'_>, settings: Settings) -> Result<Vec<Mea
         rays = status.rays.total();
     }
     let seconds = measured.median_s();
+    // Of the frames an average, of the load all.
+    let frames = backend.stage_times().map_err(internal)?;
+    let per_frame = |stage: &str| frames[stage].as_f64().map(|seconds| seconds / settings.runs as f64);
+    if let (Some(trace), Some(stages)) = (per_frame("trace_s"), loading.as_object()) {
+        measured = measured.with("gpu_trace_s", trace);
+        for (stage, took) in stages.iter().filter(|(_, took)| took.as_f64() > Some(0.0)) {
+            measured = measured.with(&format!("gpu_{stage}"), took.clone());
+        }
+    }
     Ok(vec![
         measured
             .with("width", WIDTH)

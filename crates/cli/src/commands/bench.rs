@@ -17,6 +17,7 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
         BenchSuite::Derive => own(args, Suite::Derive)?,
+        BenchSuite::Resident => Suite::Resident(args.file.as_deref(), asked),
         BenchSuite::Edit => own(args, Suite::Edit(asked))?,
         BenchSuite::Bvh => own(args, Suite::Bvh)?,
         BenchSuite::Trace => Suite::Trace(file()?),
@@ -26,7 +27,12 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     if args.renderer == RendererArg::Raster && args.suite != BenchSuite::Render {
         return Err(Failure::usage("--renderer: only the suite render has one to choose").remedy("leave it out"));
     }
-    if args.size.is_some() && !matches!(args.suite, BenchSuite::Edit | BenchSuite::Bvh) {
+    let takes_size = match args.suite {
+        BenchSuite::Edit | BenchSuite::Bvh => true,
+        BenchSuite::Resident => args.file.is_none(),
+        _ => false,
+    };
+    if args.size.is_some() && !takes_size {
         return Err(Failure::usage("--size: this suite has no size to choose").remedy("leave it out"));
     }
     let settings =

@@ -4,22 +4,19 @@ use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, Ren
 use crate::failure::Failure;
 use crate::image_io::{Display, Format};
 use crate::job::backend::{AnyBackend, Asked, backend_failure, cannot_rasterize, open};
-use crate::job::{LoadOptions, Loaded, Moment, Progress, aov, camera, environment, load, settings};
+use crate::job::{LoadOptions, Moment, Progress, Rendering, aov, camera, environment, load, settings};
 use crate::output::{Named, check_not_read, check_outputs, write_atomically, write_bytes};
 use crate::share::{Header, ShareWriter};
-use orthant_resident::backend::{ApplyReport, RayCounts};
+use orthant_resident::Frame;
 use orthant_resident::film::BLOCK;
 use orthant_resident::frame::{PixelFilter, Tile};
 use orthant_resident::tonemap::ToneMapper;
-use orthant_resident::{Environment, Film, Frame};
 use orthant_vulkan::raster::RasterOptions;
 use serde_json::json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long the backend works between two looks at the progress.
-const SLICE: Duration = Duration::from_millis(100);
 /// Path vertices before Russian roulette may end a path.
 const ROULETTE_DEPTH: u32 = 4;
 /// Blocks of a share that are held at a time, in bytes.
@@ -62,22 +59,25 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
 
     let asked = Asked::new(args.backend, args.device.as_deref());
-    let mut backend = open(&Asked { tracer: args.tracer, watched: args.validate, ..asked })?;
+    let backend = open(&Asked { tracer: args.tracer, watched: args.validate, ..asked })?;
     if plan.raster.is_some() && matches!(backend, AnyBackend::Cpu(_)) {
         return Err(cannot_rasterize());
     }
-    let upload = Instant::now();
-    let applied = backend.apply(loaded.derived.load_batch()).map_err(backend_failure)?;
-    backend.set_environment(environment.clone()).map_err(backend_failure)?;
-    let upload = upload.elapsed();
+    let mut work = Rendering::new(backend, &mut loaded, &environment, Progress::new(common.quiet));
+    work.raster = plan.raster;
+    // Whoever asks for a device gets it, or hears of it; a share is of one backend; and nothing else rasterizes.
+    let has_asked = args.backend != BackendArg::Auto || args.device.is_some();
+    work.may_fall_back = !(has_asked || plan.share || plan.raster.is_some());
+    if args.stats.is_some() {
+        work.backend.measure_stages();
+    }
+    work.load()?;
     if args.validate {
-        backend.validate(&loaded.derived)?;
+        work.backend.validate(&work.loaded.derived)?;
     }
 
-    let progress = Progress::new(common.quiet);
-    let mut work = Work { backend: &mut backend, raster: plan.raster, progress, spent: Spent::default() };
     if plan.share {
-        render_share(args, &plan, &loaded, &environment, &frame, &mut work)?;
+        render_share(args, &plan, &frame, &mut work)?;
     } else {
         let film = work.render(&frame, 0, plan.total_samples())?;
         let tile = film.tile;
@@ -87,13 +87,12 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
             Some(_) => Display { tonemap: ToneMapper::None, exposure: 0.0 },
         };
         crate::image_io::write(&args.output, tile.width, tile.height, &film.resolve(), display)?;
-        aov::write(&args.output, &film, loaded.derived.origin)?;
+        aov::write(&args.output, &film, work.loaded.derived.origin)?;
     }
-    let Work { progress, spent, .. } = work;
-    progress.finish();
+    work.progress.finish();
     if let Some(path) = &args.stats {
-        let times = Times { environment: environment_time, upload, applied, total: start.elapsed() };
-        write_stats(path, &plan, &loaded, &backend, &times, &spent)?;
+        let times = Times { environment: environment_time, total: start.elapsed() };
+        write_stats(path, &plan, &mut work, &times)?;
     }
     Ok(())
 }
@@ -239,58 +238,11 @@ fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What rendering took.
-#[derive(Default)]
-struct Spent {
-    rays: RayCounts,
-    time: Duration,
-    samples: u64,
-}
-
-/// The backend at work, seen by whoever waits.
-struct Work<'a> {
-    backend: &'a mut AnyBackend,
-    raster: Option<RasterOptions>,
-    progress: Progress,
-    spent: Spent,
-}
-
-impl Work<'_> {
-    /// Renders a frame. `done` of `total` pixel samples of the whole work were rendered before it.
-    fn render(&mut self, frame: &Frame, done: u64, total: u64) -> Result<Film, Failure> {
-        let ticket = match self.raster {
-            None => self.backend.submit(frame.clone()).map_err(backend_failure)?,
-            Some(options) => self.backend.submit_raster(frame.clone(), options)?,
-        };
-        loop {
-            let status = self.backend.poll(ticket, SLICE).map_err(backend_failure)?;
-            self.progress.frame(&status, done, total);
-            if status.is_done() {
-                let rays = &mut self.spent.rays;
-                rays.camera += status.rays.camera;
-                rays.bounce += status.rays.bounce;
-                rays.shadow += status.rays.shadow;
-                self.spent.time += status.elapsed;
-                self.spent.samples += status.done;
-                break;
-            }
-        }
-        self.backend.read_film(ticket).map_err(backend_failure)
-    }
-}
-
 /// Renders a share in runs of whole blocks, so that no more than [`SHARE_BUFFER`] bytes of them are held.
-fn render_share(
-    args: &RenderArgs,
-    plan: &Plan,
-    loaded: &Loaded,
-    environment: &Environment,
-    frame: &Frame,
-    work: &mut Work,
-) -> Result<(), Failure> {
+fn render_share(args: &RenderArgs, plan: &Plan, frame: &Frame, work: &mut Rendering<'_>) -> Result<(), Failure> {
     let Tile { x, y, width, height } = plan.tile;
     let choices = format!("{:?}", (args.scene, args.variant.as_deref(), moment(args)));
-    let settings = settings::hash(&args.file, &loaded.scene, &choices, environment, frame)
+    let settings = settings::hash(&args.file, &work.loaded.scene, &choices, work.environment, frame)
         .map_err(|e| Failure::io(&args.file, "read the file", &e))?;
     // Which processor it is does not matter: the program names its kind. Each device and driver rounds in its own way.
     let backend = match work.backend.name() {
@@ -331,22 +283,15 @@ fn render_share(
 
 struct Times {
     environment: Duration,
-    upload: Duration,
-    applied: ApplyReport,
     total: Duration,
 }
 
-fn write_stats(
-    path: &Path,
-    plan: &Plan,
-    loaded: &Loaded,
-    backend: &AnyBackend,
-    times: &Times,
-    spent: &Spent,
-) -> Result<(), Failure> {
+fn write_stats(path: &Path, plan: &Plan, work: &mut Rendering<'_>, times: &Times) -> Result<(), Failure> {
+    let gpu = work.backend.stage_times().map_err(backend_failure)?;
+    let Rendering { backend, loaded, spent, applied, upload, .. } = work;
     let bytes = backend.resident_bytes();
     let seconds = spent.time.as_secs_f64();
-    let structures = times.applied.blas_time + times.applied.tlas_time;
+    let structures = applied.blas_time + applied.tlas_time;
     let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds * 1e-6 } else { 0.0 };
     let mut stats = json!({
         "backend": backend.name(),
@@ -357,9 +302,9 @@ fn write_stats(
         "load_s": loaded.load_time.as_secs_f64(),
         "derive_s": loaded.derive_time.as_secs_f64(),
         "environment_s": times.environment.as_secs_f64(),
-        "upload_s": times.upload.saturating_sub(structures).as_secs_f64(),
-        "blas_s": times.applied.blas_time.as_secs_f64(),
-        "tlas_s": times.applied.tlas_time.as_secs_f64(),
+        "upload_s": upload.saturating_sub(structures).as_secs_f64(),
+        "blas_s": applied.blas_time.as_secs_f64(),
+        "tlas_s": applied.tlas_time.as_secs_f64(),
         "render_s": seconds,
         "total_s": times.total.as_secs_f64(),
         "rays": {
@@ -370,8 +315,8 @@ fn write_stats(
         },
         "mrays_s": rate(spent.rays.total()),
         "msamples_s": rate(spent.samples),
-        "blas_built": times.applied.blas_built,
-        "upload_bytes": times.applied.bytes,
+        "blas_built": applied.blas_built,
+        "upload_bytes": applied.bytes,
         "memory": {
             "geometry": bytes.geometry,
             "acceleration": bytes.acceleration,
@@ -380,6 +325,7 @@ fn write_stats(
             "total": bytes.geometry + bytes.acceleration + bytes.images + bytes.rows,
         },
         "discarded_contributions": backend.discarded_contributions(),
+        "gpu": gpu,
     });
     if let Some((report, bytes)) = plan.raster.and_then(|_| backend.raster_report()) {
         stats["raster"] = json!({

@@ -9,6 +9,7 @@ use orthant_resident::{Backend, BackendError, Frame, Ticket};
 use orthant_vulkan::VulkanBackend;
 use orthant_vulkan::device::{CacheFolder, DeviceInfo, DeviceOptions, Tracer};
 use orthant_vulkan::raster::{RasterOptions, RasterReport};
+use serde_json::{Value, json};
 use std::ops::{Deref, DerefMut};
 
 /// A backend of either kind: what both can do is [`Backend`].
@@ -22,7 +23,7 @@ pub enum AnyBackend {
 /// A fault of the backend that the frame or the batch is to blame for is one of the program: both are made here.
 pub fn backend_failure(error: BackendError) -> Failure {
     let exit = match error {
-        BackendError::Device(_) => Exit::Missing,
+        BackendError::Device(_) | BackendError::OutOfMemory(_) | BackendError::Lost(_) => Exit::Missing,
         BackendError::InvalidFrame(_) => Exit::Usage,
         _ => Exit::Internal,
     };
@@ -91,7 +92,8 @@ pub fn open(asked: &Asked<'_>) -> Result<AnyBackend, Failure> {
     }
 }
 
-fn cpu() -> AnyBackend {
+/// The CPU backend, which is always there.
+pub fn cpu() -> AnyBackend {
     AnyBackend::Cpu(Box::new(CpuBackend::new()))
 }
 
@@ -109,6 +111,7 @@ fn vulkan(asked: &Asked<'_>, index: Option<usize>) -> Result<AnyBackend, Failure
             TracerArg::Query => Some(Tracer::Query),
         },
         cache: cache_folder(),
+        memory: None,
     };
     let opened = VulkanBackend::new(&options);
     opened.map(|backend| AnyBackend::Vulkan(Box::new(backend))).map_err(|e| Failure::missing(e.to_string()))
@@ -139,6 +142,41 @@ impl AnyBackend {
             Self::Cpu(_) => None,
             Self::Vulkan(vulkan) => Some((vulkan.raster_report(), vulkan.raster_bytes())),
         }
+    }
+
+    /// What the stages of a device have taken since this was asked last, in seconds by `STAGE_s`; null for one without
+    /// timestamps, and in memory, where there are no stages.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn stage_times(&mut self) -> Result<Value, BackendError> {
+        let Self::Vulkan(vulkan) = self else { return Ok(Value::Null) };
+        if !vulkan.set_timed(true) {
+            return Ok(Value::Null);
+        }
+        let timings = vulkan.take_timings()?;
+        Ok(timings.named().map(|(name, time)| (format!("{name}_s"), json!(time.seconds))).collect())
+    }
+
+    /// Has stages measured on a device; warns where it cannot.
+    pub fn measure_stages(&mut self) {
+        if let Self::Vulkan(vulkan) = self
+            && !vulkan.set_timed(true)
+        {
+            eprintln!("warning: {} has no timestamps: its stages are not measured", vulkan.device());
+        }
+    }
+
+    /// Drops what is resident, so that another scene can be loaded.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn clear(&mut self) -> Result<(), BackendError> {
+        match self {
+            Self::Cpu(cpu) => **cpu = CpuBackend::new(),
+            Self::Vulkan(vulkan) => vulkan.clear()?,
+        }
+        Ok(())
     }
 
     /// Contributions of light that were not finite and were left out.

@@ -36,6 +36,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What a renderer needs of it.
     pub derived: DerivedScene,
+    /// How it was derived.
+    pub options: DeriveOptions,
     /// What was loaded or is shown otherwise than the file says, each as `place: what`.
     pub warnings: Vec<String>,
     /// Time of the import.
@@ -96,7 +98,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Failure> {
         .chain(derived.warnings.iter().map(ToString::to_string))
         .collect();
     let (path, format, files) = (path.to_owned(), imported.format, imported.files);
-    Ok(Loaded { path, format, files, scene, derived, warnings, load_time, derive_time })
+    Ok(Loaded { path, format, files, scene, derived, options: derive, warnings, load_time, derive_time })
 }
 
 impl Loaded {

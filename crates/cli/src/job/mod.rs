@@ -7,9 +7,11 @@ pub mod camera;
 pub mod environment;
 pub mod load;
 pub mod progress;
+pub mod rendering;
 pub mod settings;
 pub mod validate;
 
 pub use animation::Moment;
 pub use load::{LoadOptions, Loaded, load};
 pub use progress::Progress;
+pub use rendering::Rendering;

@@ -20,6 +20,8 @@ mod cache;
 #[path = "../../../render/tests/common/mod.rs"]
 mod common;
 mod edits;
+mod failure;
+mod images;
 mod live;
 #[path = "../common/mod.rs"]
 mod program;
@@ -28,6 +30,7 @@ mod raster;
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../../render/tests/sync/scenes.rs"]
 mod scenes;
+mod stages;
 
 /// A device under the validation layers, or `None` where there is none and none has to be.
 fn device() -> Option<VulkanBackend> {
@@ -87,10 +90,21 @@ fn render(backend: &mut dyn Backend, frame: &Frame) -> Film {
     backend.read_film(ticket).expect("the film is there")
 }
 
-/// Films of both backends.
+/// Films of both backends, in the light that the program chooses.
 fn films(vulkan: &mut VulkanBackend, path: &Path, size: (u32, u32), samples: u32) -> [Film; 2] {
-    let mut loaded = open(path);
+    let loaded = open(path);
     let environment = if lights_itself(&loaded) { Environment::none() } else { sky::clear_sky(sky::DEFAULT_SUN) };
+    films_in(vulkan, loaded, environment, size, samples)
+}
+
+/// Films of both backends.
+fn films_in(
+    vulkan: &mut VulkanBackend,
+    mut loaded: Loaded,
+    environment: Environment,
+    size: (u32, u32),
+    samples: u32,
+) -> [Film; 2] {
     let frame = frame(&loaded, size, samples);
     let batch = loaded.derived.load_batch();
     vulkan.clear().expect("the device works");

@@ -15,10 +15,11 @@ pub use probe::{DeviceInfo, Features, Tracer, list};
 use crate::error::{During, Result, VulkanError};
 use ash::{khr, vk};
 use debug::Messenger;
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use std::ffi::{CStr, c_char};
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The version that is asked for.
 pub(crate) const API_VERSION: u32 = vk::API_VERSION_1_3;
@@ -35,6 +36,9 @@ pub struct DeviceOptions {
     pub tracer: Option<Tracer>,
     /// Where compiled pipelines are kept between runs.
     pub cache: CacheFolder,
+    /// Most bytes that buffers and images may take on the device and in mapped host memory; what would exceed it is refused
+    /// as if the device had no more.
+    pub memory: Option<u64>,
 }
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -116,7 +120,13 @@ pub struct Device {
     pub(crate) info: DeviceInfo,
     pub(crate) tracer: Tracer,
     pub(crate) pipelines: cache::PipelineCache,
-    pub(crate) allocator: Mutex<ManuallyDrop<Allocator>>,
+    allocator: Mutex<ManuallyDrop<Allocator>>,
+    /// Bytes that are in use, and that may be at most.
+    used: AtomicU64,
+    budget: AtomicU64,
+    lost: AtomicBool,
+    /// Submissions after which it is as if lost; negative: none.
+    left: AtomicI64,
     instance: Instance,
 }
 
@@ -184,6 +194,10 @@ impl Device {
             tracer,
             pipelines,
             allocator: Mutex::new(ManuallyDrop::new(allocator)),
+            used: AtomicU64::new(0),
+            budget: AtomicU64::new(options.memory.unwrap_or(u64::MAX)),
+            lost: AtomicBool::new(false),
+            left: AtomicI64::new(-1),
             raw,
             instance,
         }))
@@ -209,9 +223,60 @@ impl Device {
         self.instance.messenger.as_ref().map(Messenger::messages)
     }
 
+    /// Sets the bound on memory anew; what is in use stays.
+    pub fn set_memory_limit(&self, bytes: Option<u64>) {
+        self.budget.store(bytes.unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
+
+    /// Bytes of buffers and images that are in use.
+    pub fn used(&self) -> u64 {
+        self.used.load(Ordering::Relaxed)
+    }
+
+    /// Takes memory for a buffer or an image.
+    pub(crate) fn allocate(&self, what: &AllocationCreateDesc<'static>) -> Result<Allocation> {
+        let (bytes, budget) = (what.requirements.size, self.budget.load(Ordering::Relaxed));
+        let refuse = |why: String| VulkanError::Allocation { what: what.name, bytes, why };
+        if self.used().saturating_add(bytes) > budget {
+            return Err(refuse(format!("more than the limit of {budget} bytes of device memory")));
+        }
+        let allocated = self.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(what);
+        let allocated = allocated.map_err(|error| refuse(error.to_string()))?;
+        self.used.fetch_add(allocated.size(), Ordering::Relaxed);
+        Ok(allocated)
+    }
+
+    /// Gives it back.
+    pub(crate) fn free(&self, allocation: Allocation) {
+        self.used.fetch_sub(allocation.size(), Ordering::Relaxed);
+        let freed = self.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation);
+        debug_assert!(freed.is_ok(), "the allocation came from this allocator");
+    }
+
+    /// Whether it was lost: all that is on it is gone, and nothing more can be done with it.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn lose(&self) {
+        self.lost.store(true, Ordering::Relaxed);
+    }
+
+    /// Treats the device as lost after so many further submissions, to see what becomes of its users.
+    #[doc(hidden)]
+    pub fn lose_after(&self, submissions: u32) {
+        self.left.store(submissions.into(), Ordering::Relaxed);
+    }
+
+    pub(crate) fn count_submission(&self) {
+        if self.left.load(Ordering::Relaxed) >= 0 && self.left.fetch_sub(1, Ordering::Relaxed) == 0 {
+            self.lose();
+        }
+    }
+
     /// Bytes that are allocated on the device and of mapped host memory, and allocations.
     pub fn allocated(&self) -> (u64, usize) {
-        let allocator = self.allocator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let allocator = self.allocator.lock().unwrap_or_else(PoisonError::into_inner);
         let report = allocator.generate_report();
         (report.total_allocated_bytes, report.allocations.len())
     }
@@ -219,7 +284,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        let allocator = self.allocator.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let allocator = self.allocator.get_mut().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: it is dropped once, here; all allocations hold the device alive and are gone. Work that was handed in has
         // been waited for by whoever handed it in (`Queue`).
         unsafe {

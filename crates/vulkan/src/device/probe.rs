@@ -68,7 +68,9 @@ pub(crate) struct Limits {
     pub handle_alignment: u32,
     pub base_alignment: u32,
     pub scratch_alignment: u64,
+    /// Nanoseconds of a tick, and bits of a timestamp that count; 0 where there are none.
     pub timestamp_period: f32,
+    pub timestamp_bits: u32,
     pub max_images: u32,
     pub max_image_size: u32,
     pub max_dispatch: u32,
@@ -378,6 +380,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             base_alignment: tracing.shader_group_base_alignment,
             scratch_alignment: u64::from(accel.min_acceleration_structure_scratch_offset_alignment).max(1),
             timestamp_period: base.limits.timestamp_period,
+            timestamp_bits: family.map_or(0, |family| families[family].timestamp_valid_bits),
             max_images: indexing.max_per_stage_descriptor_update_after_bind_sampled_images,
             max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],

@@ -3,11 +3,11 @@
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
 use crate::device::Device;
-use crate::error::{During, Result, VulkanError};
+use crate::error::{During, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// Where a buffer lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,16 +52,13 @@ impl Buffer {
             Place::Upload => MemoryLocation::CpuToGpu,
             Place::Readback => MemoryLocation::GpuToCpu,
         };
-        let allocation =
-            device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
-                name: what,
-                requirements,
-                location,
-                linear: true,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            });
-        let allocation =
-            allocation.map_err(|error| VulkanError::Allocation { what, bytes: size, why: error.to_string() })?;
+        let allocation = device.allocate(&AllocationCreateDesc {
+            name: what,
+            requirements,
+            location,
+            linear: true,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })?;
         let allocation = buffer.allocation.insert(allocation);
         // SAFETY: the memory was allocated for this buffer's requirements, and is bound once.
         unsafe { device.raw.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) }.during(what)?;
@@ -87,8 +84,7 @@ impl Drop for Buffer {
         // SAFETY: whoever drops it knows that the device does not use it any more (`Queue::retire`).
         unsafe { self.device.raw.destroy_buffer(self.raw, None) };
         if let Some(allocation) = self.allocation.take() {
-            let freed = self.device.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation);
-            debug_assert!(freed.is_ok(), "the allocation came from this allocator");
+            self.device.free(allocation);
         }
     }
 }

@@ -3,7 +3,8 @@
 //! * [`buffer`]: a buffer with its memory, which ends both when it is dropped;
 //! * [`growable`]: an arena that doubles on the device;
 //! * [`queue`]: work that is handed in, in order, and what may be freed when some of it is done;
-//! * [`staging`]: the ring through which bytes go to the device.
+//! * [`staging`]: the ring through which bytes go to the device;
+//! * [`timing`]: how long the device takes for what.
 //!
 //! # Why nothing races
 //! All work goes to one queue, in the order in which it is handed in, and every command buffer that writes what shaders
@@ -16,8 +17,10 @@ mod buffer;
 mod growable;
 mod queue;
 mod staging;
+mod timing;
 
 pub(crate) use buffer::{Buffer, Place};
 pub(crate) use growable::Arena;
 pub(crate) use queue::{Commands, Queue};
 pub(crate) use staging::{Staging, Uploads};
+pub use timing::{Stage, StageTime, Timings};

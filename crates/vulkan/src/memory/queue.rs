@@ -2,8 +2,9 @@
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
+use super::timing::{Clock, Stage, Timings};
 use crate::device::Device;
-use crate::error::{During, Result};
+use crate::error::{During, Result, VulkanError};
 use ash::vk;
 use std::any::Any;
 use std::collections::VecDeque;
@@ -19,8 +20,12 @@ pub(crate) struct Queue {
     pool: vk::CommandPool,
     timeline: vk::Semaphore,
     /// Command buffers by the submission that they were handed in with, oldest first.
-    flying: VecDeque<(u64, vk::CommandBuffer)>,
+    flying: VecDeque<(u64, vk::CommandBuffer, Option<Clock>)>,
     idle: Vec<vk::CommandBuffer>,
+    /// Whether what is recorded is measured; clocks that wait for something to measure; what has been measured.
+    is_timed: bool,
+    clocks: Vec<Clock>,
+    timings: Timings,
     /// Number of the last submission.
     last: u64,
     /// What to drop once a submission is done.
@@ -33,6 +38,7 @@ pub(crate) struct Queue {
 pub(crate) struct Commands {
     device: Arc<Device>,
     pub raw: vk::CommandBuffer,
+    clock: Option<Clock>,
 }
 
 impl Queue {
@@ -51,7 +57,35 @@ impl Queue {
             unsafe { device.raw.destroy_command_pool(pool, None) }
         })?;
         let (flying, idle, retired) = (VecDeque::new(), Vec::new(), VecDeque::new());
-        Ok(Self { device: device.clone(), pool, timeline, flying, idle, last: 0, retired, waits: 0 })
+        let (is_timed, clocks, timings) = (false, Vec::new(), Timings::default());
+        let device = device.clone();
+        Ok(Self { device, pool, timeline, flying, idle, is_timed, clocks, timings, last: 0, retired, waits: 0 })
+    }
+
+    /// Has what is recorded from now on measured, or not. Whether the device can.
+    pub fn set_timed(&mut self, is_timed: bool) -> bool {
+        let limits = self.device.info.limits;
+        let can = limits.timestamp_bits > 0 && limits.timestamp_period > 0.0;
+        self.is_timed = is_timed && can;
+        can
+    }
+
+    /// What stages have taken since it was asked last, as far as they are done.
+    pub fn take_timings(&mut self) -> Result<Timings> {
+        self.collect()?;
+        Ok(std::mem::take(&mut self.timings))
+    }
+
+    /// A lost device does nothing more, whatever it answers to the next call.
+    fn check_lost(&self) -> Result<()> {
+        if self.device.is_lost() { Err(VulkanError::Lost("the device does not answer")) } else { Ok(()) }
+    }
+
+    fn note_loss<T>(&self, result: Result<T>) -> Result<T> {
+        if let Err(VulkanError::Lost(_)) = &result {
+            self.device.lose();
+        }
+        result
     }
 
     /// Begins a command buffer.
@@ -77,11 +111,16 @@ impl Queue {
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the command buffer is not in flight: it is new, or its submission is done.
         unsafe { self.device.raw.begin_command_buffer(raw, &info) }.during("cannot record commands")?;
-        Ok(Commands { device: self.device.clone(), raw })
+        let clock =
+            if self.is_timed { Some(self.clocks.pop().map_or_else(|| Clock::new(&self.device), Ok)?) } else { None };
+        Ok(Commands { device: self.device.clone(), raw, clock })
     }
 
     /// Hands commands in. The number of the submission, by which to wait for it.
-    pub fn submit(&mut self, commands: Commands) -> Result<u64> {
+    pub fn submit(&mut self, mut commands: Commands) -> Result<u64> {
+        commands.stage(None);
+        self.device.count_submission();
+        self.check_lost()?;
         // SAFETY: the command buffer is being recorded.
         unsafe { self.device.raw.end_command_buffer(commands.raw) }.during("cannot record commands")?;
         let number = self.last + 1;
@@ -92,10 +131,10 @@ impl Queue {
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers).signal_semaphore_infos(&signals)];
         // SAFETY: `&mut self` is the only way to the queue; what the commands use is kept until the submission is done.
-        unsafe { self.device.raw.queue_submit2(self.device.queue, &info, vk::Fence::null()) }
-            .during("the device refused the work")?;
+        let submitted = unsafe { self.device.raw.queue_submit2(self.device.queue, &info, vk::Fence::null()) };
+        self.note_loss(submitted.during("the device refused the work"))?;
         self.last = number;
-        self.flying.push_back((number, commands.raw));
+        self.flying.push_back((number, commands.raw, commands.clock));
         Ok(number)
     }
 
@@ -106,12 +145,18 @@ impl Queue {
         if ended.is_ok() {
             self.idle.push(commands.raw);
         }
+        if let Some(mut clock) = commands.clock {
+            clock.reset();
+            self.clocks.push(clock);
+        }
     }
 
     /// The number of the last submission that is done.
     pub fn done(&self) -> Result<u64> {
+        self.check_lost()?;
         // SAFETY: the semaphore is a timeline of this device.
-        unsafe { self.device.raw.get_semaphore_counter_value(self.timeline) }.during("the device does not answer")
+        let value = unsafe { self.device.raw.get_semaphore_counter_value(self.timeline) };
+        self.note_loss(value.during("the device does not answer"))
     }
 
     /// The number that the next submission will have.
@@ -137,7 +182,7 @@ impl Queue {
         match unsafe { self.device.raw.wait_semaphores(&info, nanoseconds) } {
             Ok(()) => Ok(true),
             Err(vk::Result::TIMEOUT) => Ok(false),
-            Err(error) => Err(error).during("the device does not answer"),
+            Err(error) => self.note_loss(Err(error).during("the device does not answer")),
         }
     }
 
@@ -149,12 +194,12 @@ impl Queue {
     /// Takes back what finished work does not need any more. Never waits.
     pub fn collect(&mut self) -> Result<()> {
         let done = self.done()?;
-        while let Some(&(number, raw)) = self.flying.front() {
-            if number > done {
-                break;
-            }
-            self.flying.pop_front();
+        while let Some((_, raw, clock)) = self.flying.pop_front_if(|(number, ..)| *number <= done) {
             self.idle.push(raw);
+            if let Some(mut clock) = clock {
+                clock.finish(&mut self.timings)?;
+                self.clocks.push(clock);
+            }
         }
         while self.retired.front().is_some_and(|(number, _)| *number <= done) {
             self.retired.pop_front();
@@ -166,7 +211,8 @@ impl Queue {
 impl Drop for Queue {
     fn drop(&mut self) {
         // SYNC: the end: what is in flight must be done before its memory goes. A lost device is done.
-        if self.wait(self.last, Duration::MAX).is_err() {
+        // SAFETY: nobody else has the queue any more.
+        if unsafe { self.device.raw.device_wait_idle() }.is_err() {
             tracing::warn!("the Vulkan device did not finish its work");
         }
         self.retired.clear();
@@ -184,6 +230,18 @@ const READS_AND_WRITES: vk::AccessFlags2 =
     vk::AccessFlags2::from_raw(vk::AccessFlags2::MEMORY_READ.as_raw() | vk::AccessFlags2::MEMORY_WRITE.as_raw());
 
 impl Commands {
+    /// Begins a stage that is measured, or ends the one under way.
+    pub fn stage(&mut self, stage: impl Into<Option<Stage>>) {
+        if let Some(clock) = &mut self.clock {
+            clock.mark(self.raw, stage.into());
+        }
+    }
+
+    /// The stage under way, if it is measured.
+    pub fn current_stage(&self) -> Option<Stage> {
+        self.clock.as_ref().and_then(Clock::stage)
+    }
+
     /// Copies parts of a buffer.
     pub fn copy(&mut self, from: vk::Buffer, to: vk::Buffer, parts: &[vk::BufferCopy]) {
         if !parts.is_empty() {

@@ -1,6 +1,6 @@
 //! [`Staging`]: the ring of mapped memory through which bytes go to the device, and [`Uploads`]: one batch's use of it.
 
-use super::{Arena, Buffer, Commands, Place, Queue};
+use super::{Arena, Buffer, Commands, Place, Queue, Stage};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
 use ash::vk;
@@ -84,6 +84,7 @@ impl<'q> Uploads<'q> {
     pub fn begin(queue: &'q mut Queue, staging: &'q mut Staging) -> Result<Self> {
         let mut commands = queue.begin()?;
         commands.begin_writes();
+        commands.stage(Stage::Upload);
         Ok(Self { queue, staging, commands: Some(commands), bytes: 0, extra: 0 })
     }
 
@@ -159,9 +160,11 @@ impl<'q> Uploads<'q> {
 
     /// Hands in what is recorded, and goes on with new commands.
     pub fn flush(&mut self) -> Result<u64> {
+        let stage = self.commands().current_stage();
         let number = self.submit()?;
         self.commands = Some(self.queue.begin()?);
         self.commands().full_barrier();
+        self.commands().stage(stage);
         Ok(number)
     }
 

@@ -10,7 +10,7 @@
 use super::accel::{Accel, Pages, Scratch};
 use crate::device::Device;
 use crate::error::{During, Result};
-use crate::memory::{Arena, Uploads};
+use crate::memory::{Arena, Stage, Uploads};
 use ash::vk;
 use orthant_resident::batch::{RowRange, RowWrites};
 use orthant_resident::rows::{MeshDesc, MeshFlags};
@@ -88,14 +88,10 @@ impl BlasSet {
         self.blas.get(primitive as usize).and_then(Option::as_ref).map_or(0, |blas| blas.accel.address)
     }
 
-    /// Bytes of the structures.
-    pub fn bytes(&self) -> u64 {
-        self.blas.iter().flatten().map(|blas| blas.accel.size).sum()
-    }
-
-    /// Bytes of scratch memory and of the table of addresses.
-    pub fn overhead(&self) -> u64 {
-        self.scratch.bytes() + self.addresses.bytes()
+    /// Bytes of the structures, of the table of addresses, and of scratch memory.
+    pub fn bytes(&self) -> (u64, u64, u64) {
+        let structures = self.blas.iter().flatten().map(|blas| blas.accel.size).sum();
+        (structures, self.addresses.bytes(), self.scratch.bytes())
     }
 
     /// Follows a batch: frees, builds and updates. `loading` says that nothing is in flight and that the host may wait.
@@ -214,7 +210,9 @@ impl BlasSet {
                         .scratch_data(vk::DeviceOrHostAddressKHR { device_address: scratch })
                 })
                 .collect();
+            commands.stage(Stage::BlasBuild);
             commands.build(&infos, &ranges);
+            commands.stage(Stage::Upload);
             let compactable: Vec<(u32, u64)> = (at..end)
                 .filter(|&i| loading || sizes[i].acceleration_structure_size >= WORTH_COMPACTION)
                 .filter(|&i| !targets[i - at].2)
@@ -266,6 +264,7 @@ impl BlasSet {
                 }
             };
             let (queue, commands) = uploads.parts();
+            commands.stage(Stage::Compaction);
             commands.copy_compacted(old.accel.raw, accel.raw);
             queue.retire(old.accel);
             *slot = Some(Blas { accel, deformed: false });
@@ -273,6 +272,7 @@ impl BlasSet {
         }
         if !changed.is_empty() {
             uploads.commands().full_barrier();
+            uploads.commands().stage(Stage::Upload);
         }
         Ok(changed)
     }
@@ -300,7 +300,9 @@ impl BlasSet {
                 );
                 scratch += size;
             }
+            commands.stage(Stage::BlasUpdate);
             commands.build(&infos, &ranges);
+            commands.stage(Stage::Upload);
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use orthant_resident::batch::{ImageWrite, RowRange, RowWrites};
 use orthant_resident::image::{ImageData, TexelFormat};
 use std::collections::VecDeque;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// Descriptors of the table, if the device has as many.
 const MOST: u32 = 1 << 16;
@@ -234,16 +234,13 @@ impl Image {
         // SAFETY: the image is of this device.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
         image.bytes = requirements.size;
-        let allocation =
-            device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
-                name: what,
-                requirements,
-                location: MemoryLocation::GpuOnly,
-                linear: false,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            });
-        let bytes = requirements.size;
-        let allocation = allocation.map_err(|error| VulkanError::Allocation { what, bytes, why: error.to_string() })?;
+        let allocation = device.allocate(&AllocationCreateDesc {
+            name: what,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear: false,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })?;
         let allocation = image.allocation.insert(allocation);
         // SAFETY: the memory was allocated for this image's requirements, and is bound once.
         unsafe { device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) }
@@ -312,8 +309,7 @@ impl Drop for Image {
             self.device.raw.destroy_image(self.raw, None);
         }
         if let Some(allocation) = self.allocation.take() {
-            let freed = self.device.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation);
-            debug_assert!(freed.is_ok(), "the allocation came from this allocator");
+            self.device.free(allocation);
         }
     }
 }

@@ -59,6 +59,19 @@ pub(crate) struct ResidentScene {
     revision: u64,
 }
 
+/// Bytes of acceleration structures and of what belongs to them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AccelerationBytes {
+    /// All BLAS.
+    pub blas: u64,
+    /// The TLAS, which the driver lays out.
+    pub tlas: u64,
+    /// Its instances, 64 bytes each, and the addresses of the BLAS.
+    pub instances: u64,
+    /// Scratch memory, which is kept for the next build.
+    pub scratch: u64,
+}
+
 /// What a batch did on the device.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Applied {
@@ -242,15 +255,21 @@ impl ResidentScene {
         self.lights.tables.map.as_ref()
     }
 
+    /// What acceleration structures take, by what they are.
+    pub fn acceleration_bytes(&self) -> AccelerationBytes {
+        let (tlas, instances, scratch) = self.tlas.bytes();
+        let (blas, addresses, more_scratch) = self.blas.bytes();
+        AccelerationBytes { blas, tlas, instances: instances + addresses, scratch: scratch + more_scratch }
+    }
+
     /// What is resident.
     pub fn resident_bytes(&self) -> ResidentBytes {
-        let (tlas, beside) = self.tlas.bytes();
+        let AccelerationBytes { blas, tlas, instances, scratch } = self.acceleration_bytes();
         let rows = [&self.mesh_descs, &self.textures, &self.materials, &self.light_rows, &self.emitter_triangles];
         let more = [&self.emitters, &self.render_nodes, &self.images.rows];
-        let blas = self.blas.bytes() + self.blas.overhead();
         ResidentBytes {
             geometry: [&self.positions, &self.vertices, &self.indices, &self.tangents].map(Arena::bytes).iter().sum(),
-            acceleration: blas + tlas + beside,
+            acceleration: blas + tlas + instances + scratch,
             images: self.images.bytes(),
             rows: rows.into_iter().chain(more).map(Arena::bytes).sum::<u64>() + self.lights.bytes(),
         }

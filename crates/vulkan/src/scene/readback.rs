@@ -2,7 +2,7 @@
 
 use super::ResidentScene;
 use crate::error;
-use crate::memory::{Arena, Buffer, Place, Queue};
+use crate::memory::{Arena, Buffer, Place, Queue, Stage};
 use ash::vk;
 use orthant_resident::batch::TextureRow;
 use orthant_resident::compare::Rows;
@@ -119,6 +119,7 @@ impl ResidentScene {
         let buffer = Buffer::new(&self.device, "a readback buffer", bytes, usage, Place::Readback)?;
         let mut commands = queue.begin()?;
         commands.full_barrier();
+        commands.stage(Stage::Readback);
         commands.copy(arena.raw(), buffer.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }]);
         commands.host_barrier();
         let number = queue.submit(commands)?;

@@ -6,7 +6,7 @@ use super::accel::{Accel, Pages, Scratch};
 use crate::abi::{InstancePush, RowSpan};
 use crate::device::Device;
 use crate::error::Result;
-use crate::memory::{Arena, Commands, Uploads};
+use crate::memory::{Arena, Commands, Stage, Uploads};
 use crate::trace::compute::ComputePipeline;
 use ash::vk;
 use orthant_resident::batch::TlasAction;
@@ -54,9 +54,9 @@ impl Tlas {
         self.accel.as_ref().map(|accel| accel.raw)
     }
 
-    /// Bytes of the structure, and of the instances and scratch memory beside it.
-    pub fn bytes(&self) -> (u64, u64) {
-        (self.accel.as_ref().map_or(0, |accel| accel.size), self.instances.bytes() + self.scratch.bytes())
+    /// Bytes of the structure, of the instances, and of scratch memory.
+    pub fn bytes(&self) -> (u64, u64, u64) {
+        (self.accel.as_ref().map_or(0, |accel| accel.size), self.instances.bytes(), self.scratch.bytes())
     }
 
     /// Writes the instances of some rows anew, given as (first, count), ascending; there are `len` rows.
@@ -91,9 +91,11 @@ impl Tlas {
             reserved: 0,
         };
         let commands = uploads.commands();
+        commands.stage(Stage::Instances);
         commands.full_barrier();
         self.writer.dispatch(commands, bytemuck::bytes_of(&push), before.div_ceil(64));
         commands.full_barrier();
+        commands.stage(Stage::Upload);
         Ok(())
     }
 
@@ -128,7 +130,9 @@ impl Tlas {
             info = info.mode(vk::BuildAccelerationStructureModeKHR::UPDATE).src_acceleration_structure(accel.raw);
         }
         let range = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(len);
+        commands.stage(if update { Stage::TlasUpdate } else { Stage::TlasBuild });
         commands.build(&[info], &[[range]]);
+        commands.stage(Stage::Upload);
         self.built = len;
         Ok(replaced)
     }

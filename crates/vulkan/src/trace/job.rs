@@ -12,7 +12,7 @@ use super::{Generation, RayTracer, TlasSet};
 use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
-use crate::memory::{Buffer, Place, Queue};
+use crate::memory::{Buffer, Place, Queue, Stage};
 use ash::vk;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
@@ -250,6 +250,7 @@ impl Job {
             columns.begin(&mut commands, u64::from(tile.width) * u64::from(rows));
         }
         commands.full_barrier();
+        commands.stage(Stage::Trace);
         let mut push = TracePush {
             frame: buffers.tables.address + FRAME_AT,
             first_row: self.row,
@@ -276,6 +277,7 @@ impl Job {
         }
         self.has_centers = true;
         commands.full_barrier();
+        commands.stage(None);
         let counters = vk::BufferCopy {
             src_offset: u64::from(slot) * COUNTERS,
             dst_offset: u64::from(slot) * COUNTERS,
@@ -399,6 +401,7 @@ fn read(passes: &mut Passes<'_>, from: &Buffer) -> Result<Vec<f32>> {
     let to = Buffer::new(passes.device, "a film", from.size, vk::BufferUsageFlags::TRANSFER_DST, Place::Readback)?;
     let mut commands = passes.queue.begin()?;
     commands.full_barrier();
+    commands.stage(Stage::Readback);
     commands.copy(from.raw, to.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }]);
     commands.host_barrier();
     let number = passes.queue.submit(commands)?;
