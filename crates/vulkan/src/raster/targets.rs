@@ -4,12 +4,12 @@
 
 use super::pipelines::Formats;
 use crate::device::Device;
-use crate::error::{During, Result, VulkanError};
+use crate::error::{During, Result};
 use crate::memory::Commands;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 /// An image that is drawn into, with its memory and its view.
 pub(super) struct Attachment {
@@ -51,16 +51,13 @@ impl Attachment {
         // SAFETY: the image is of this device.
         let requirements = unsafe { device.raw.get_image_memory_requirements(raw) };
         attachment.bytes = requirements.size;
-        let allocation =
-            device.allocator.lock().unwrap_or_else(PoisonError::into_inner).allocate(&AllocationCreateDesc {
-                name: what,
-                requirements,
-                location: MemoryLocation::GpuOnly,
-                linear: false,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            });
-        let bytes = requirements.size;
-        let allocation = allocation.map_err(|error| VulkanError::Allocation { what, bytes, why: error.to_string() })?;
+        let allocation = device.allocate(&AllocationCreateDesc {
+            name: what,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear: false,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })?;
         let allocation = attachment.allocation.insert(allocation);
         // SAFETY: the memory was allocated for this image's requirements, and is bound once.
         unsafe { device.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) }
@@ -113,8 +110,7 @@ impl Drop for Attachment {
             self.device.raw.destroy_image(self.raw, None);
         }
         if let Some(allocation) = self.allocation.take() {
-            let freed = self.device.allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation);
-            debug_assert!(freed.is_ok(), "the allocation came from this allocator");
+            self.device.free(allocation);
         }
     }
 }
