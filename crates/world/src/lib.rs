@@ -32,8 +32,10 @@ mod chunk;
 pub mod edit;
 pub mod file;
 pub mod generate;
+pub mod import;
 mod palette;
 mod space;
+pub mod stream;
 mod tree;
 mod world;
 

@@ -22,6 +22,7 @@ mod splice;
 
 pub use patch::{Applied, ApplyError, Limits, Work, WorldPatch};
 pub use query::InvalidWorld;
+pub(crate) use query::tree_of;
 pub(crate) use region::block_box;
 pub use region::{Content, Region, RegionId};
 
@@ -194,7 +195,14 @@ impl World {
         (world, dropped)
     }
 
-    /// The smallest box about all regions; `None` if there are none.
+    /// The smallest box about all blocks that are not air; `None` if there are none. Looks at every region.
+    pub fn solid_bounds(&self) -> Option<Aabb4> {
+        let solid = self.regions().filter_map(|(_, region)| region.solid_bounds());
+        solid.reduce(|about, bounds| about.hull(&bounds))
+    }
+
+    /// The smallest box about all regions; `None` if there are none. Chunk regions have air in them: see
+    /// [`Self::solid_bounds`].
     pub fn bounds(&self) -> Option<Aabb4> {
         let bounds = self.index.bounds();
         (!self.index.is_empty()).then(|| Aabb4::from_raw_unchecked(bounds.min, bounds.max.map(|max| max + 1)))
