@@ -1,7 +1,7 @@
 //! `orthant render`: a scene to an image, or to a share of one.
 
 use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg, ViewArg};
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 use crate::image_io::{Display, Format};
 use crate::job::backend::{AnyBackend, Asked, backend_failure, cannot_rasterize, open};
 use crate::job::{LoadOptions, Moment, Progress, Rendering, aov, camera, environment, load, settings};
@@ -90,6 +90,10 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         aov::write(&args.output, &film, work.loaded.derived.origin)?;
     }
     work.progress.finish();
+    if args.validate {
+        // Rendering, too, may have given the validation layers something to say.
+        work.backend.quiet().map_err(|what| Failure::new(Exit::CheckFailed, format!("--validate: {what}")))?;
+    }
     if let Some(path) = &args.stats {
         let times = Times { environment: environment_time, total: start.elapsed() };
         write_stats(path, &plan, &mut work, &times)?;

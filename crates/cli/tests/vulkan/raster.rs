@@ -438,3 +438,28 @@ fn what_was_edited_looks_as_if_it_had_been_loaded_so() {
         before = followed;
     }
 }
+
+#[test]
+fn the_command_writes_previews_views_aovs_and_what_they_took() {
+    if device().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("folder");
+    let f = folder.path();
+    program::succeed(f, &["generate", "cornell", "-o", "c.glb"]);
+    let raster = ["render", "c.glb", "--renderer", "raster", "--backend", "vulkan", "--size", "24x24", "--quiet"];
+    let run = |rest: &[&str]| program::succeed(f, &[&raster, rest].concat());
+    run(&["-o", "a.exr", "--spp", "6", "--aov", "depth,albedo", "--stats", "s.json", "--validate"]);
+    let stats = program::json(&std::fs::read_to_string(f.join("s.json")).expect("stats"));
+    assert_eq!((&stats["backend"], &stats["raster"]["passes"]), (&"vulkan".into(), &2.into()));
+    assert_eq!(stats["samples"], 24 * 24 * 6);
+    assert!(stats["raster"]["drawn"].as_u64().is_some_and(|drawn| drawn > 0));
+    assert!(f.join("a.depth.exr").exists() && f.join("a.albedo.exr").exists());
+    // A view is neither exposed nor tone-mapped.
+    run(&["-o", "n.png", "--spp", "4", "--view", "normals"]);
+    run(&["-o", "m.png", "--spp", "4", "--view", "normals", "--exposure", "3", "--tonemap", "aces"]);
+    assert_eq!(program::bytes(f, "n.png"), program::bytes(f, "m.png"));
+    run(&["-o", "s.png", "--spp", "4"]);
+    run(&["-o", "e.png", "--spp", "4", "--exposure", "3"]);
+    assert_ne!(program::bytes(f, "s.png"), program::bytes(f, "e.png"));
+}
