@@ -5,7 +5,7 @@
 //! crate knows nothing of rendering.
 //!
 //! ```
-//! use orthant_world::{Aabb4, Block, Material, Point4, RegionTree, Scale, World, WorldPatch};
+//! use orthant_world::{Aabb4, Block, Material, Point4, RegionTree, Scale, World, WorldPatch, WorldStats};
 //!
 //! let mut world = World::new();
 //! // A platform: one region, however large.
@@ -50,4 +50,6 @@ pub use space::{
     Aabb4, Aabb4Error, CHUNK_BLOCKS, Cells, ChunkShape, Fixed, FixedError, Lattice, Point4, Scale, ScaleError, Slabs,
 };
 pub use tree::{ChunkArray, RegionNode, RegionTree, TreeError};
-pub use world::{Applied, ApplyError, Body, Content, InvalidWorld, Limits, Region, RegionId, Work, World, WorldPatch};
+pub use world::{
+    Applied, ApplyError, Body, Content, InvalidWorld, Limits, Region, RegionId, Work, World, WorldPatch, WorldStats,
+};

@@ -103,13 +103,24 @@ impl Chunk {
             return (!block.is_air()).then_some([[0; 4], size]);
         }
         let (mut min, mut max) = ([usize::MAX; 4], [0; 4]);
-        for (word, mut bits) in self.occupancy().into_iter().enumerate() {
+        let mut reach = |axis: usize, at: usize| {
+            min[axis] = min[axis].min(at);
+            max[axis] = max[axis].max(at + 1);
+        };
+        // A word is a plane of x and y (8 x 8), or a quarter of one (16 x 4): planes are or-ed together, and their bits looked
+        // at once.
+        let (planes, rows) = if shape == ChunkShape::Cube { (1, 8) } else { (4, 4) };
+        let mut plane = [0_u64; 4];
+        for (word, bits) in self.occupancy().into_iter().enumerate().filter(|(_, bits)| *bits != 0) {
+            plane[word % planes] |= bits;
+            reach(2, word / planes % size[2]);
+            reach(3, word / planes / size[2]);
+        }
+        for (quarter, mut bits) in plane.into_iter().enumerate() {
             while bits != 0 {
-                let at = shape.at(word * 64 + bits.trailing_zeros() as usize);
-                for a in 0..4 {
-                    min[a] = min[a].min(at[a]);
-                    max[a] = max[a].max(at[a] + 1);
-                }
+                let bit = bits.trailing_zeros() as usize;
+                reach(0, bit % size[0]);
+                reach(1, quarter * rows + bit / size[0]);
                 bits &= bits - 1;
             }
         }

@@ -84,6 +84,12 @@ impl Packed {
 
     pub fn occupancy(&self) -> [u64; CHUNK_BLOCKS / 64] {
         let mut occupied = [0; CHUNK_BLOCKS / 64];
+        if let [zero, one] = &*self.palette {
+            for (occupied, &word) in occupied.iter_mut().zip(&*self.words) {
+                *occupied = if zero.is_air() { 0 } else { !word } | if one.is_air() { 0 } else { word };
+            }
+            return occupied;
+        }
         let solid: Vec<bool> = self.palette.iter().map(|block| !block.is_air()).collect();
         self.for_each(|i, index| occupied[i / 64] |= u64::from(solid[index]) << (i % 64));
         occupied

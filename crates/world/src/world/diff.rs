@@ -1,6 +1,6 @@
 //! Where two sets of disjoint regions differ.
 
-use super::region::{Content, Region, block_range, for_each_block};
+use super::region::{Content, Region, block_range, for_each_block, solid_within};
 use super::{Work, World};
 use crate::block::Block;
 use crate::space::{Aabb4, Lattice};
@@ -73,7 +73,7 @@ impl World {
 fn solid_in(region: &Region, part: &Aabb4) -> Option<Aabb4> {
     match &region.content {
         Content::Uniform(_) => Some(*part),
-        Content::Chunk { .. } => Region { bounds: *part, content: region.content.clone() }.solid_bounds(),
+        Content::Chunk { lattice, chunk } => solid_within(part, *lattice, chunk),
     }
 }
 

@@ -19,12 +19,14 @@ mod patch;
 mod query;
 mod region;
 mod splice;
+mod stats;
 
 pub use patch::{Applied, ApplyError, Limits, Work, WorldPatch};
 pub use query::InvalidWorld;
 pub(crate) use query::tree_of;
 pub(crate) use region::block_box;
 pub use region::{Content, Region, RegionId};
+pub use stats::WorldStats;
 
 use crate::block::{Block, BlockId};
 use crate::generate::Generator;

@@ -131,11 +131,10 @@ pub(crate) fn for_each_block(
 }
 
 /// The smallest box about what is not air, within a box of the chunk's cell.
-fn solid_within(bounds: &Aabb4, lattice: Lattice, chunk: &Chunk) -> Option<Aabb4> {
+pub(crate) fn solid_within(bounds: &Aabb4, lattice: Lattice, chunk: &Chunk) -> Option<Aabb4> {
     let (mut min, mut max) = ([usize::MAX; 4], [0; 4]);
-    let occupied = chunk.occupancy();
     for_each_block(block_range(bounds, lattice), lattice, |at, index| {
-        if occupied[index / 64] >> (index % 64) & 1 == 1 {
+        if !chunk.get(index).is_air() {
             for a in 0..4 {
                 min[a] = min[a].min(at[a]);
                 max[a] = max[a].max(at[a] + 1);
