@@ -5,9 +5,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Runs `orthant` in a folder.
+/// Runs `orthant` in a folder. What it keeps between runs stays beside what is built, and not in the user's folder.
 pub fn orthant(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_orthant")).current_dir(folder).args(args).output().expect("the program runs")
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orthant"));
+    command.env("ORTHANT_PIPELINE_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command.current_dir(folder).args(args).output().expect("the program runs")
 }
 
 /// Runs `orthant`, which must succeed, and gives its stdout.

@@ -23,7 +23,7 @@ pub enum Stage {
     BlasBuild,
     /// BLAS that are updated in their place.
     BlasUpdate,
-    /// BLAS that are copied to where they take less.
+    /// BLAS that are copied to where they take less, and the question how much that is.
     Compaction,
     /// The TLAS, built anew.
     TlasBuild,

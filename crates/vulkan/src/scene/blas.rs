@@ -232,7 +232,9 @@ impl BlasSet {
         let queries = Queries::new(&self.device, built.len() as u32)?;
         let raws: Vec<_> =
             built.iter().filter_map(|&(p, _)| self.blas[p as usize].as_ref().map(|blas| blas.accel.raw)).collect();
+        uploads.commands().stage(Stage::Compaction);
         uploads.commands().ask_compacted_sizes(&raws, queries.raw);
+        uploads.commands().stage(Stage::Upload);
         let pending = Pending { submission: uploads.queue.next(), queries, built };
         if !wait {
             self.pending.push(pending);
