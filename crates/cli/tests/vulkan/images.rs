@@ -2,6 +2,10 @@
 //! scenes, environments and kinds of light. The shared assets take longer, and are compared on demand:
 //!
 //!     ORTHANT_ASSETS=FOLDER cargo test -p orthant --test vulkan -- --ignored assets_give_the_images --nocapture
+//!
+//! (`ORTHANT_VULKAN_SCENE=NAME` compares those alone whose name begins so.) On lavapipe the 44 of them were at most 1.5e-9 apart
+//! (relative mean squared error), with means within 1e-6; generated scenes 1.8e-7 and 1e-5. That is what paths leave whose
+//! decisions fall otherwise after a rounding.
 
 use crate::{Loaded, assets, device, films_in, images, open, program};
 use clap::Parser;
@@ -148,16 +152,23 @@ fn shared_assets_give_the_images_of_the_cpu_backend_at_256_samples() {
     let Some(mut vulkan) = device() else { return };
     let options =
         LoadOptions { scene: None, variant: None, moment: None, allow_external_files: false, max_memory: 4 << 30 };
+    let only = std::env::var("ORTHANT_VULKAN_SCENE").unwrap_or_default();
     let (mut seen, mut wrong) = (0, Vec::new());
     for path in assets("gltf-khronos") {
         let Some(loaded) = load(&path, &options).ok().filter(|loaded| loaded.derived.bounds().is_some()) else {
             continue;
         };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let environment = light(&loaded, &[]);
+        if !name.starts_with(&only) {
+            continue;
+        }
+        // A lamp that shines away from the camera shows nothing by itself.
+        let sky = if name.starts_with("AnisotropyBarnLamp") { &["--env", "sky"][..] } else { &[] };
+        let environment = light(&loaded, sky);
         wrong.extend(compare(&mut vulkan, &name, loaded, environment).err());
         seen += 1;
     }
     eprintln!("{seen} assets; beyond the bounds: {wrong:#?}");
-    assert!(seen >= 40 && wrong.is_empty(), "{seen} assets: {wrong:#?}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(seen >= 40 || !only.is_empty(), "only {seen} assets show something");
 }
