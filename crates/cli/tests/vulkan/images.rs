@@ -162,7 +162,7 @@ fn shared_assets_give_the_images_of_the_cpu_backend_at_256_samples() {
         if !name.starts_with(&only) {
             continue;
         }
-        // A lamp that shines away from the camera shows nothing by itself.
+        // By its own light it is black from where it is framed.
         let sky = if name.starts_with("AnisotropyBarnLamp") { &["--env", "sky"][..] } else { &[] };
         let environment = light(&loaded, sky);
         wrong.extend(compare(&mut vulkan, &name, loaded, environment).err());
