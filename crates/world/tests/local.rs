@@ -271,6 +271,25 @@ fn what_was_taken_out_as_a_tree_makes_the_same_world() {
 }
 
 #[test]
+fn a_patch_of_thousands_of_pieces_over_one_region_is_compared_piece_by_piece() {
+    let row = ints([0, 0, 0, 0], [12_000, 1, 1, 1]);
+    let mut world = world_with(ints([-5; 4], [12_005, 5, 5, 5]));
+    let posts: Vec<RegionTree> =
+        (0..6000).map(|i| RegionTree::uniform(voxel([2 * i, 0, 0, 0]), block(1 + (i % 2) as u16))).collect();
+    let patch = WorldPatch::of_tree(RegionTree::branch(row, posts));
+    let applied = world.apply(&patch).unwrap();
+    // Every gap, and every second post.
+    assert_eq!(applied.changed.len(), 6000 + 3000);
+    for i in [0, 1, 2, 3, 11_998, 11_999] {
+        let expected = if i % 2 == 1 { Block::AIR } else { block(1 + (i / 2 % 2) as u16) };
+        assert_eq!(world.block_at(Point4::from_ints([i, 0, 0, 0])), expected);
+    }
+    world.validate().unwrap();
+    assert!(world.region_count() <= 12_000 / 8 * 9, "{} regions", world.region_count());
+    assert!(world.apply(&patch).unwrap().is_noop());
+}
+
+#[test]
 fn a_refused_patch_changes_nothing() {
     let mut world = scatter(3);
     let before = world.clone();

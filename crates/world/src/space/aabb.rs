@@ -204,9 +204,8 @@ impl Aabb4 {
     }
 
     /// Cuts the box in two at a coordinate, in steps of 1/65,536, strictly inside it.
-    #[cfg(test)]
     pub(crate) fn split(&self, axis: usize, at: i64) -> (Self, Self) {
-        assert!(self.min[axis] < at && at < self.max[axis]);
+        debug_assert!(self.min[axis] < at && at < self.max[axis]);
         let (mut low, mut high) = (*self, *self);
         low.max[axis] = at;
         high.min[axis] = at;

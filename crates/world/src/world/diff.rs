@@ -77,16 +77,42 @@ fn solid_in(region: &Region, part: &Aabb4) -> Option<Aabb4> {
     }
 }
 
-/// Visits disjoint boxes that make up what is left of a box without some holes.
+/// Visits disjoint boxes that make up what is left of a box without some holes. Many holes are divided by planes first, so
+/// that a row of n of them costs n log n; nothing recurses.
 pub(super) fn without(bounds: &Aabb4, holes: &[Aabb4], visit: &mut impl FnMut(&Aabb4)) {
-    let Some((hole, others)) = holes.split_first() else { return visit(bounds) };
-    if !hole.overlaps(bounds) {
-        return without(bounds, others, visit);
+    let within = |part: &Aabb4, holes: &[Aabb4]| -> Vec<Aabb4> {
+        holes.iter().filter(|hole| hole.overlaps(part)).copied().collect()
+    };
+    let mut waiting = vec![(*bounds, within(bounds, holes))];
+    while let Some((rest, holes)) = waiting.pop() {
+        let Some((hole, others)) = holes.split_first() else {
+            visit(&rest);
+            continue;
+        };
+        match halves(&rest, &holes) {
+            Some(parts) => waiting.extend(parts.map(|part| (part, within(&part, &holes)))),
+            None => waiting.extend(rest.subtract(hole).iter().map(|slab| (*slab, within(slab, others)))),
+        }
     }
-    for slab in bounds.subtract(hole).iter() {
-        let near: Vec<Aabb4> = others.iter().filter(|hole| hole.overlaps(slab)).copied().collect();
-        without(slab, &near, visit);
+}
+
+/// Cuts a box in two so that each part has at most three quarters of the holes; `None` for few holes, and where no plane
+/// does that.
+fn halves(bounds: &Aabb4, holes: &[Aabb4]) -> Option<[Aabb4; 2]> {
+    if holes.len() <= FEW {
+        return None;
     }
+    let cut = |axis: usize| {
+        let mut planes: Vec<i64> = holes.iter().map(|hole| hole.min_raw()[axis]).collect();
+        let middle = planes.len() / 2;
+        let (_, &mut plane, _) = planes.select_nth_unstable(middle);
+        let low = holes.iter().filter(|hole| hole.min_raw()[axis] < plane).count();
+        let high = holes.iter().filter(|hole| hole.max_raw()[axis] > plane).count();
+        (low.max(high), axis, plane)
+    };
+    let (most, axis, plane) = (0..4).map(cut).min()?;
+    let inside = bounds.min_raw()[axis] < plane && plane < bounds.max_raw()[axis];
+    (inside && 4 * most <= 3 * holes.len()).then(|| bounds.split(axis, plane).into())
 }
 
 /// The smallest box about the differences of two regions where they overlap, within bounds.
