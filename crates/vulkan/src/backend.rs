@@ -288,8 +288,12 @@ impl Backend for VulkanBackend {
         check_environment(&environment)?;
         self.usable()?;
         self.end_job();
-        self.scene.set_environment(&mut self.queue, &mut self.staging, &environment)?;
-        Ok(())
+        // Half of the tables may be the new ones.
+        let set = self.scene.set_environment(&mut self.queue, &mut self.staging, &environment);
+        set.map_err(|error| {
+            self.broken = Some(error.clone());
+            error.into()
+        })
     }
 
     fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {

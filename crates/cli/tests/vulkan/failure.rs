@@ -5,9 +5,11 @@ use orthant::failure::Exit;
 use orthant::job::backend::{AnyBackend, cpu};
 use orthant::job::{Loaded, Progress, Rendering};
 use orthant_render::{DeriveOptions, DerivedScene};
+use orthant_resident::environment::EnvironmentMap;
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame};
 use orthant_vulkan::VulkanBackend;
 use std::path::Path;
+use std::sync::Arc;
 
 fn any(vulkan: VulkanBackend) -> AnyBackend {
     AnyBackend::Vulkan(Box::new(vulkan))
@@ -138,5 +140,30 @@ fn a_batch_that_fails_at_any_allocation_leaves_a_backend_that_can_be_loaded_agai
         assert_eq!(settle(&mut vulkan), empty, "nothing is left of it");
     }
     assert!(refused >= 5, "only {refused} limits are too low");
+    assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
+}
+
+#[test]
+fn an_environment_that_finds_no_room_leaves_nothing_that_is_shown() {
+    let Some(mut vulkan) = device() else { return };
+    let (_, small) = scenes::all().remove(1);
+    let mut derived = DerivedScene::derive(&small, &DeriveOptions::default()).expect("the scene is sound");
+    let frame = crate::frame_of(&small, &derived, (16, 12), 1).expect("it shows something");
+    let batch = derived.load_batch();
+    vulkan.apply(batch.clone()).expect("there is room");
+    let (width, height) = (512, 256);
+    let map = EnvironmentMap { width, height, texels: vec![[1.0; 3]; (width * height) as usize] };
+    let environment = Environment { map: Some(Arc::new(map)), ..Environment::none() };
+    let device = vulkan.vulkan_device().clone();
+    device.set_memory_limit(Some(device.used() + 1000));
+    let refused = vulkan.set_environment(environment.clone());
+    assert!(matches!(refused, Err(BackendError::OutOfMemory(_))), "{refused:?}");
+    device.set_memory_limit(None);
+    let shown = vulkan.submit(frame.clone());
+    assert!(matches!(shown, Err(BackendError::OutOfMemory(_))), "{shown:?}");
+    vulkan.clear().expect("the device works");
+    vulkan.apply(batch).expect("there is room");
+    vulkan.set_environment(environment).expect("there is room");
+    assert!(render(&mut vulkan, &frame).sum.iter().any(|pixel| pixel[0] > 0.0));
     assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
 }
