@@ -4,7 +4,7 @@ use super::{Arena, Buffer, Commands, Place, Queue, Stage};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
 use ash::vk;
-use orthant_resident::batch::RowWrites;
+use orthant_resident::batch::{RowRange, RowWrites};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
@@ -19,6 +19,9 @@ pub(crate) struct Staging {
     /// Bytes that went through it so far.
     pub bytes: u64,
 }
+
+/// Rows that lie apart and are no more than this take one piece of the ring, and one command.
+const TOGETHER: u64 = 1 << 20;
 
 /// Texel copies ask for at most this alignment.
 const ALIGNMENT: u64 = 16;
@@ -193,6 +196,11 @@ impl<'q> Uploads<'q> {
         let moved = arena.resize(device, queue, commands, writes.len)?;
         let stride = arena.stride();
         let raw = arena.raw();
+        let rows: usize = writes.ranges.iter().map(|range| range.rows.len()).sum();
+        if writes.ranges.len() > 1 && rows as u64 * stride <= TOGETHER {
+            self.scattered(raw, stride, &writes.ranges, rows as u64 * stride)?;
+            return Ok(moved);
+        }
         for range in &writes.ranges {
             let first = u64::from(range.first) * stride;
             self.write(bytemuck::cast_slice(&range.rows), stride, |commands, from, place, at, size| {
@@ -201,6 +209,33 @@ impl<'q> Uploads<'q> {
             })?;
         }
         Ok(moved)
+    }
+
+    /// Writes ranges that lie apart in one piece of the ring, and has them copied by one command.
+    fn scattered<T: bytemuck::Pod>(
+        &mut self,
+        to: vk::Buffer,
+        stride: u64,
+        ranges: &[RowRange<T>],
+        bytes: u64,
+    ) -> Result<()> {
+        if bytes == 0 {
+            return Ok(());
+        }
+        let (mut place, _) = self.room(bytes, bytes)?;
+        let mut parts = Vec::with_capacity(ranges.len());
+        for range in ranges.iter().filter(|range| !range.rows.is_empty()) {
+            let rows: &[u8] = bytemuck::cast_slice(&range.rows);
+            let size = rows.len() as u64;
+            self.staging.buffer.mapped_mut()[place as usize..(place + size) as usize].copy_from_slice(rows);
+            parts.push(vk::BufferCopy { src_offset: place, dst_offset: u64::from(range.first) * stride, size });
+            place += size;
+        }
+        let raw = self.staging.buffer.raw;
+        self.commands().copy(raw, to, &parts);
+        self.bytes += bytes;
+        self.staging.bytes += bytes;
+        Ok(())
     }
 }
 
