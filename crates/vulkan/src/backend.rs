@@ -273,7 +273,6 @@ impl Backend for VulkanBackend {
 
     /// Ends the ticket of a frame that is under way.
     fn apply(&mut self, batch: SceneBatch) -> std::result::Result<ApplyReport, BackendError> {
-        // The first batch starts from an empty scene: it mends a broken one, too.
         check_batch(self.scene.lengths(), &batch)?;
         self.usable()?;
         self.end_job();

@@ -122,6 +122,10 @@ impl PipelineCache {
 
 /// The driver's data of a file, if the file is sound and of this key.
 fn read(file: &Path, key: &[u8; HASH]) -> Option<Vec<u8>> {
+    // Opening a pipe would wait for whoever writes to it.
+    if !std::fs::metadata(file).ok()?.is_file() {
+        return None;
+    }
     let opened = std::fs::File::open(file).ok()?;
     let mut bytes = Vec::new();
     opened.take(LARGEST + 1).read_to_end(&mut bytes).ok()?;

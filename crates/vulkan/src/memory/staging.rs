@@ -33,6 +33,13 @@ impl Staging {
         Ok(Self { buffer, head: 0, tail: 0, marks: VecDeque::new(), bytes: 0 })
     }
 
+    /// Begins at the start again where nothing is in use, so that a piece as large as the ring finds room in it.
+    fn begin_again(&mut self) {
+        if self.marks.is_empty() {
+            (self.head, self.tail) = (0, 0);
+        }
+    }
+
     /// Room for up to `wanted` bytes in one piece: its place in the ring, and how many there are, at least `least`. `None`
     /// while less is free.
     fn take(&mut self, wanted: u64, least: u64) -> Option<(u64, u64)> {
@@ -158,6 +165,8 @@ impl<'q> Uploads<'q> {
                 // SYNC: back-pressure: more bytes are on their way than the ring holds.
                 self.queue.wait(oldest, Duration::MAX)?;
             }
+            self.staging.collect(self.queue.done()?);
+            self.staging.begin_again();
         }
     }
 

@@ -77,7 +77,7 @@ struct Buffers {
     albedo: Option<Buffer>,
     normal: Option<Buffer>,
     centers: Option<Buffer>,
-    /// What each pass under way drew, by bucket.
+    /// What each pass under way drew, by part and bucket.
     counts: Buffer,
     timer: Timer,
 }
@@ -213,7 +213,8 @@ impl RasterJob {
         let mut commands = passes.queue.begin()?;
         buffers.timer.reset(slot);
         buffers.timer.mark(&mut commands, slot, Moment::Begin);
-        let mut is_culled = false;
+        let (mut is_culled, mut part_number) = (false, 0);
+        let parts = camera::parts(tile).len() as u64;
         let raster = &*passes.raster;
         let cull = |commands: &mut _, part: Tile, offsets| {
             let planes = camera::planes(&self.frame, part, offsets);
@@ -253,13 +254,20 @@ impl RasterJob {
                 raster.draw(&mut commands, Part { push: &push, images: passes.images, is_reversed }, backdrop);
                 raster.resolve(&mut commands, &resolve_push(part, sums.address));
             }
+            if let Some(list) = raster.culling.current() {
+                let size = 4 * u64::from(BUCKETS);
+                let to = size * (u64::from(slot) * parts + part_number);
+                commands.full_barrier();
+                commands.copy(
+                    list.counts.raw,
+                    buffers.counts.raw,
+                    &[vk::BufferCopy { src_offset: 0, dst_offset: to, size }],
+                );
+                commands.full_barrier();
+            }
+            part_number += 1;
         }
         buffers.timer.mark(&mut commands, slot, Moment::End);
-        if let Some(list) = raster.culling.current() {
-            let size = 4 * u64::from(BUCKETS);
-            let copy = vk::BufferCopy { src_offset: 0, dst_offset: size * u64::from(slot), size };
-            commands.copy(list.counts.raw, buffers.counts.raw, &[copy]);
-        }
         commands.host_barrier();
         let submission = passes.queue.submit(commands)?;
         self.flying.push_back(Flight { submission, slot });
@@ -272,8 +280,8 @@ impl RasterJob {
         let Some(buffers) = &self.buffers else { return Ok(()) };
         let done = passes.queue.done()?;
         while let Some(flight) = self.flying.pop_front_if(|flight| flight.submission <= done) {
-            let counts: &[u32] = bytemuck::cast_slice(buffers.counts.mapped());
-            let own = counts.chunks_exact(BUCKETS as usize).nth(flight.slot as usize).unwrap_or_default();
+            let counts: &[u32] = bytemuck::cast_slice(&buffers.counts.mapped()[..buffers.counts.size as usize]);
+            let own = counts.chunks_exact(counts.len() / AHEAD as usize).nth(flight.slot as usize).unwrap_or_default();
             let report = &mut self.report;
             report.passes += 1;
             report.drawn = own.iter().map(|&count| u64::from(count)).sum();
@@ -287,9 +295,18 @@ impl RasterJob {
     }
 
     /// The film, of the passes that were handed in.
-    pub fn into_film(mut self, passes: &mut RasterPasses<'_>) -> Result<Film> {
+    pub fn into_film(self, passes: &mut RasterPasses<'_>) -> Result<Film> {
+        let film = self.film(passes);
+        if film.is_err() {
+            // The device may still write into the buffers.
+            self.retire(passes.queue);
+        }
+        film
+    }
+
+    fn film(&self, passes: &mut RasterPasses<'_>) -> Result<Film> {
         let samples = self.samples(self.pass);
-        let Some(buffers) = self.buffers.take() else {
+        let Some(buffers) = &self.buffers else {
             return Err(VulkanError::Limit("the frame was read back already".to_owned()));
         };
         let rgb = |p: &[f32]| [p[0], p[1], p[2]];
@@ -353,7 +370,7 @@ impl Buffers {
         let wants = |aov| frame.aovs.contains(&aov);
         let wants_centers = frame.aovs.iter().any(|aov| !matches!(aov, Aov::Albedo | Aov::Normal));
         let centers = size_of::<CenterHit>() as u64 * pixels;
-        let counts = 4 * u64::from(BUCKETS * AHEAD);
+        let counts = 4 * u64::from(BUCKETS * AHEAD) * camera::parts(frame.tile).len() as u64;
         Ok(Self {
             tables: make("tables of a frame", TABLES)?,
             film: make("a film", 16 * pixels)?,

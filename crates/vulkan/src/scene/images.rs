@@ -131,9 +131,14 @@ impl ImageTable {
             }
             changed.push(write.slot);
             if let Some(data) = &write.image {
-                let image = Image::new(&self.device, data)?;
-                uploads.overhead(|uploads| image.upload(uploads, data))?;
+                // Before anything is recorded for an image that finds no place.
                 let descriptor = self.descriptor(done)?;
+                let image = Image::new(&self.device, data)?;
+                if let Err(error) = uploads.overhead(|uploads| image.upload(uploads, data)) {
+                    // Some of its texels may be under way.
+                    uploads.queue.retire(image);
+                    return Err(error);
+                }
                 self.describe(descriptor, image.view);
                 let srgb = matches!(data.format, TexelFormat::Rgba8Srgb | TexelFormat::Rgba16Srgb);
                 let row = ImageRow {

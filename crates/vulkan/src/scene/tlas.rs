@@ -29,6 +29,30 @@ pub(crate) struct Tlas {
     writer: ComputePipeline,
 }
 
+/// Threads of a group of the shader that writes instances.
+const WRITER_GROUP: u32 = 64;
+/// Spans of one dispatch: a search in more of them takes longer than another dispatch, and their list fits into the ring.
+const MOST_SPANS: usize = 1 << 16;
+
+/// Spans of rows, given as (first, count), as dispatches of at most `most` rows: their spans, and how many rows they are.
+fn dispatches(spans: &[(u32, u32)], most: u32) -> Vec<(Vec<RowSpan>, u32)> {
+    let mut dispatches: Vec<(Vec<RowSpan>, u32)> = Vec::new();
+    for &(first, count) in spans {
+        let (mut first, mut left) = (first, count);
+        while left > 0 {
+            if dispatches.last().is_none_or(|(rows, taken)| *taken == most || rows.len() == MOST_SPANS) {
+                dispatches.push((Vec::new(), 0));
+            }
+            let Some((rows, taken)) = dispatches.last_mut() else { break };
+            let part = left.min(most - *taken);
+            rows.push(RowSpan { first, before: *taken });
+            *taken += part;
+            (first, left) = (first + part, left - part);
+        }
+    }
+    dispatches
+}
+
 impl Tlas {
     pub fn new(device: &Arc<Device>, pages: &Pages) -> Result<Self> {
         let usage = vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
@@ -70,32 +94,26 @@ impl Tlas {
     ) -> Result<()> {
         let (queue, commands) = uploads.parts();
         self.instances.resize(&self.device, queue, commands, len)?;
-        let mut before = 0;
-        let mut rows = Vec::with_capacity(spans.len());
-        for &(first, count) in spans.iter().filter(|span| span.1 > 0) {
-            rows.push(RowSpan { first, before });
-            before += count;
+        let most = self.device.info.limits.max_dispatch.saturating_mul(WRITER_GROUP);
+        for (rows, row_count) in dispatches(spans, most) {
+            let spans = uploads.place(bytemuck::cast_slice(&rows))?;
+            let push = InstancePush {
+                render_nodes,
+                blas: blas.address(),
+                instances: self.instances.address(),
+                spans,
+                span_count: rows.len() as u32,
+                row_count,
+                blas_count: blas.len,
+                reserved: 0,
+            };
+            let commands = uploads.commands();
+            commands.stage(Stage::Instances);
+            commands.full_barrier();
+            self.writer.dispatch(commands, bytemuck::bytes_of(&push), row_count.div_ceil(WRITER_GROUP));
+            commands.full_barrier();
+            commands.stage(Stage::Upload);
         }
-        if rows.is_empty() {
-            return Ok(());
-        }
-        let spans = uploads.place(bytemuck::cast_slice(&rows))?;
-        let push = InstancePush {
-            render_nodes,
-            blas: blas.address(),
-            instances: self.instances.address(),
-            spans,
-            span_count: rows.len() as u32,
-            row_count: before,
-            blas_count: blas.len,
-            reserved: 0,
-        };
-        let commands = uploads.commands();
-        commands.stage(Stage::Instances);
-        commands.full_barrier();
-        self.writer.dispatch(commands, bytemuck::bytes_of(&push), before.div_ceil(64));
-        commands.full_barrier();
-        commands.stage(Stage::Upload);
         Ok(())
     }
 
@@ -205,5 +223,31 @@ impl Commands {
             .mode(vk::CopyAccelerationStructureModeKHR::COMPACT);
         // SAFETY: `to` has the size that the device asked for, and both live until the commands are done.
         unsafe { self.device().accel.cmd_copy_acceleration_structure(self.raw, &info) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_rows_than_a_dispatch_takes_go_in_several() {
+        let covered = |spans: &[(u32, u32)], most: u32| {
+            let mut rows = Vec::new();
+            for (spans, count) in dispatches(spans, most) {
+                assert!((1..=most).contains(&count));
+                let ends = spans.iter().skip(1).map(|span| span.before).chain([count]);
+                for (span, end) in spans.iter().zip(ends) {
+                    rows.extend(span.first..span.first + (end - span.before));
+                }
+            }
+            rows
+        };
+        assert_eq!(covered(&[], 4), []);
+        assert_eq!(covered(&[(3, 0)], 4), []);
+        assert_eq!(covered(&[(0, 4), (9, 1)], 4), [0, 1, 2, 3, 9]);
+        assert_eq!(covered(&[(5, 3), (10, 7), (20, 1)], 4), [5, 6, 7, 10, 11, 12, 13, 14, 15, 16, 20]);
+        let all: Vec<u32> = (7..1007).collect();
+        assert_eq!(covered(&[(7, 1000)], 64), all);
     }
 }

@@ -65,16 +65,18 @@ impl ComputePipeline {
         Ok(Self { device: device.clone(), raw, layout })
     }
 
-    /// Runs it over a number of groups.
+    /// Runs it over a number of groups, which is at most what the device takes ([`Limits::max_dispatch`]).
+    ///
+    /// [`Limits::max_dispatch`]: crate::device::Limits::max_dispatch
     pub fn dispatch(&self, commands: &mut Commands, push: &[u8], groups: u32) {
         let most = self.device.info.limits.max_dispatch;
-        debug_assert!(groups <= most, "2^31 rows are {groups} groups at most");
+        assert!(groups <= most, "{groups} groups are more than the {most} of the device: the caller splits them");
         // SAFETY: pipeline and layout live as long as the scene, which outlives its commands; the push constants have the
         // size that the layout says.
         unsafe {
             self.device.raw.cmd_bind_pipeline(commands.raw, vk::PipelineBindPoint::COMPUTE, self.raw);
             self.device.raw.cmd_push_constants(commands.raw, self.layout, vk::ShaderStageFlags::COMPUTE, 0, push);
-            self.device.raw.cmd_dispatch(commands.raw, groups.min(most), 1, 1);
+            self.device.raw.cmd_dispatch(commands.raw, groups, 1, 1);
         }
     }
 }

@@ -343,11 +343,25 @@ impl Job {
 
     /// The film: whole blocks only. A block that was begun is brought to its end first.
     pub fn into_film(mut self, passes: &mut Passes<'_>) -> Result<Film> {
+        let film = self.film(passes);
+        if film.is_err() {
+            // The device may still write into the buffers.
+            self.retire(passes.queue);
+        }
+        film
+    }
+
+    fn film(&mut self, passes: &mut Passes<'_>) -> Result<Film> {
         while self.row > 0 || self.dispatch.is_some() {
+            if let Some(oldest) = self.flying.front().filter(|_| self.flying.len() >= AHEAD) {
+                // SYNC: an explicit readback, and each flight has counters of its own.
+                passes.queue.wait(oldest.submission, Duration::MAX)?;
+                self.collect(passes)?;
+            }
             self.hand_in(passes, LONGEST)?;
         }
         let samples = self.sample - self.frame.samples.start;
-        let Some(buffers) = self.buffers.take() else {
+        let Some(buffers) = &self.buffers else {
             return Err(VulkanError::Limit("the frame was read back already".to_owned()));
         };
         let read = |passes: &mut Passes<'_>, from: &Buffer| read(passes, from);
