@@ -13,7 +13,7 @@ use std::path::Path;
 /// A scene that cannot be loaded; stdout that cannot be written.
 pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
     let file = || args.file.as_deref().ok_or_else(|| Failure::usage("this suite needs a scene file"));
-    let asked = Asked { tracer: args.tracer, ..Asked::new(args.backend, args.device.as_deref()) };
+    let asked = Asked { tracer: args.tracer, quiet: common.quiet, ..Asked::new(args.backend, args.device.as_deref()) };
     let suite = match args.suite {
         BenchSuite::Load => Suite::Load(file()?),
         BenchSuite::Derive => own(args, Suite::Derive)?,

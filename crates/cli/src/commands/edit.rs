@@ -45,7 +45,7 @@ pub fn run(args: &EditArgs, common: &Common) -> Result<(), Failure> {
     let script = std::fs::read_to_string(&args.ops).map_err(|e| Failure::io(&args.ops, "read the script", &e))?;
     let folder = args.ops.parent().unwrap_or(Path::new("."));
     let max_bytes = common.max_memory().saturating_sub(imported.charged_bytes);
-    let mut editor = Editor::new(imported.scene, args, Session::new(folder, import), max_bytes)?;
+    let mut editor = Editor::new(imported.scene, args, Session::new(folder, import), max_bytes, common.quiet)?;
     let say = |warnings: Vec<String>| {
         for warning in warnings.iter().filter(|_| !common.quiet) {
             eprintln!("warning: {}: {warning}", args.scene.display());
@@ -124,12 +124,12 @@ struct Editor {
 }
 
 impl Editor {
-    fn new(scene: Scene, args: &EditArgs, session: Session, max_bytes: u64) -> Result<Self, Failure> {
+    fn new(scene: Scene, args: &EditArgs, session: Session, max_bytes: u64, quiet: bool) -> Result<Self, Failure> {
         let options = DeriveOptions { max_bytes, ..DeriveOptions::default() };
         // A device that is named follows, whatever it is.
         let asked = args.backend.or(args.device.is_some().then_some(BackendArg::Auto));
         let backend = asked
-            .map(|asked| open(&Asked { watched: args.verify, ..Asked::new(asked, args.device.as_deref()) }))
+            .map(|asked| open(&Asked { watched: args.verify, quiet, ..Asked::new(asked, args.device.as_deref()) }))
             .transpose()?;
         let live = Live::new(scene, session, options, backend);
         Ok(Self { live: live.map_err(|failure| failure.in_file(&args.scene))?, verify: args.verify, done: 0 })

@@ -59,7 +59,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
 
     let asked = Asked::new(args.backend, args.device.as_deref());
-    let backend = open(&Asked { tracer: args.tracer, watched: args.validate, ..asked })?;
+    let backend = open(&Asked { tracer: args.tracer, watched: args.validate, quiet: common.quiet, ..asked })?;
     if plan.raster.is_some() && matches!(backend, AnyBackend::Cpu(_)) {
         return Err(cannot_rasterize());
     }

@@ -41,12 +41,22 @@ pub struct Asked<'a> {
     pub tracer: TracerArg,
     /// Whether a Vulkan device runs under the validation layers.
     pub watched: bool,
+    /// Whether warnings are left out.
+    pub quiet: bool,
 }
 
 impl<'a> Asked<'a> {
     /// As the options `--backend` and `--device` say.
     pub fn new(backend: BackendArg, device: Option<&'a str>) -> Self {
-        Self { backend, device, tracer: TracerArg::Auto, watched: false }
+        Self { backend, device, tracer: TracerArg::Auto, watched: false, quiet: false }
+    }
+}
+
+impl Asked<'_> {
+    fn warn(&self, what: std::fmt::Arguments<'_>) {
+        if !self.quiet {
+            eprintln!("warning: {what}");
+        }
     }
 }
 
@@ -84,7 +94,7 @@ pub fn open(asked: &Asked<'_>) -> Result<AnyBackend, Failure> {
             match orthant_vulkan::device::list().ok().and_then(|all| all.into_iter().find(is_real)) {
                 None => Ok(cpu()),
                 Some(found) => vulkan(asked, Some(found.index)).or_else(|failure| {
-                    eprintln!("warning: {failure}; rendering on the CPU");
+                    asked.warn(format_args!("{failure}; rendering on the CPU"));
                     Ok(cpu())
                 }),
             }
@@ -100,7 +110,7 @@ pub fn cpu() -> AnyBackend {
 fn vulkan(asked: &Asked<'_>, index: Option<usize>) -> Result<AnyBackend, Failure> {
     let can_watch = asked.watched && orthant_vulkan::device::can_validate().unwrap_or(false);
     if asked.watched && !can_watch {
-        eprintln!("warning: the Vulkan validation layers are not installed; only the rows are compared");
+        asked.warn(format_args!("the Vulkan validation layers are not installed; only the rows are compared"));
     }
     let options = DeviceOptions {
         device: index.map(|index| index.to_string()),

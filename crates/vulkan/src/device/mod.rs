@@ -95,10 +95,19 @@ impl Instance {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
                 VulkanError::NoDevice("no Vulkan driver is installed; install one, or use --backend cpu".to_owned())
             }
+            // What the loader says of a driver's description that it cannot read.
+            vk::Result::ERROR_OUT_OF_HOST_MEMORY => VulkanError::NoDevice(
+                "no Vulkan driver could be loaded; check what VK_DRIVER_FILES names and the drivers that are installed, or use \
+                 --backend cpu"
+                    .to_owned(),
+            ),
             source => VulkanError::Call { what: "cannot open Vulkan", source },
         })?;
-        let messenger = if validate { Some(Messenger::new(&entry, &raw)?) } else { None };
-        Ok(Self { _entry: entry, raw, messenger })
+        let mut instance = Self { _entry: entry, raw, messenger: None };
+        if validate {
+            instance.messenger = Some(Messenger::new(&instance._entry, &instance.raw)?);
+        }
+        Ok(instance)
     }
 }
 

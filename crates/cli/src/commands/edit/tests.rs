@@ -72,7 +72,7 @@ fn editor(folder: &Path) -> Editor {
     let line = ["orthant", "edit", path, "--ops", "none", "--verify", "--backend", "cpu"];
     let Command::Edit(args) = Cli::parse_from(line).command else { panic!("it is `edit`") };
     let session = Session::new(folder, ImportOptions::default());
-    Editor::new(imported.scene, &args, session, 1 << 30).unwrap_or_else(|failure| panic!("{failure}"))
+    Editor::new(imported.scene, &args, session, 1 << 30, true).unwrap_or_else(|failure| panic!("{failure}"))
 }
 
 /// Everything that may not change: exported bytes, the rows of the derived scene, what is resident.
