@@ -12,6 +12,7 @@ pub mod abi;
 mod backend;
 pub mod device;
 mod error;
+mod film;
 mod memory;
 pub mod raster;
 mod scene;

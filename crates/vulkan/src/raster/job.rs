@@ -6,14 +6,15 @@ use super::cull::BUCKETS;
 use super::record::{Part, Raster};
 use super::timer::{Moment, Timer};
 use super::{RasterOptions, RasterReport};
-use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable};
+use crate::abi::{FrameTable, LightTable, SceneTable};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
+use crate::film::FilmBuffers;
 use crate::memory::{Buffer, Place, Queue};
 use ash::vk;
 use orthant_resident::camera::Projection;
 use orthant_resident::environment::EnvironmentMap;
-use orthant_resident::frame::{Aov, Tile};
+use orthant_resident::frame::Tile;
 use orthant_resident::{BackendError, Film, Frame, Ticket, TicketStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -73,10 +74,7 @@ pub(crate) struct RasterJob {
 /// What a frame writes.
 struct Buffers {
     tables: Buffer,
-    film: Buffer,
-    albedo: Option<Buffer>,
-    normal: Option<Buffer>,
-    centers: Option<Buffer>,
+    film: FilmBuffers,
     /// What each pass under way drew, by part and bucket.
     counts: Buffer,
     timer: Timer,
@@ -105,7 +103,7 @@ impl RasterJob {
     ) -> Result<Self> {
         let buffers = Buffers::new(passes.device, &frame)?;
         let largest = camera::parts(frame.tile)[0];
-        passes.raster.targets_for(passes.queue, (largest.width, largest.height), buffers.centers.is_some())?;
+        passes.raster.targets_for(passes.queue, (largest.width, largest.height), buffers.film.centers.is_some())?;
         let filtered = passes.raster.environment.address();
         let list = passes.raster.culling.list(passes.queue, scene.rows)?;
         let table = RasterTable {
@@ -121,11 +119,11 @@ impl RasterJob {
             inverse_focus: camera::inverse_focus(&frame.camera),
             blend_scale: camera::blend_scale(&frame.camera),
         };
-        let address = |buffer: &Option<Buffer>| buffer.as_ref().map_or(0, |buffer| buffer.address);
+        let [_, _, centers] = buffers.film.addresses();
         let frame_table = FrameTable {
             scene: buffers.tables.address + SCENE_AT,
             lights: buffers.tables.address + LIGHTS_AT,
-            centers: address(&buffers.centers),
+            centers,
             ..FrameTable::new(&frame)
         };
         let mut commands = passes.queue.begin()?;
@@ -134,7 +132,7 @@ impl RasterJob {
         commands.update(buffers.tables.raw, LIGHTS_AT, bytemuck::bytes_of(&scene.lights));
         commands.update(buffers.tables.raw, FRAME_AT, bytemuck::bytes_of(&frame_table));
         commands.update(buffers.tables.raw, RASTER_AT, bytemuck::bytes_of(&table));
-        for sums in [Some(&buffers.film), buffers.albedo.as_ref(), buffers.normal.as_ref()].into_iter().flatten() {
+        for sums in buffers.film.sums() {
             commands.fill(sums.raw, 0, sums.size / 4 * 4, 0);
         }
         commands.full_barrier();
@@ -232,7 +230,7 @@ impl RasterJob {
             reserved: 0,
         };
         for part in camera::parts(tile) {
-            if pass == 0 && buffers.centers.is_some() {
+            if pass == 0 && buffers.film.centers.is_some() {
                 let centred = camera::Offsets::default();
                 cull(&mut commands, part, centred);
                 let push = camera::push(&self.frame, table, part, centred, 0, 0);
@@ -244,9 +242,9 @@ impl RasterJob {
                 buffers.timer.mark(&mut commands, slot, Moment::Culled);
             }
             let averaged = [
-                (Some(&buffers.film), self.options.view as u32, shaded),
-                (buffers.albedo.as_ref(), ALBEDO_VIEW, false),
-                (buffers.normal.as_ref(), NORMAL_VIEW, false),
+                (Some(&buffers.film.sum), self.options.view as u32, shaded),
+                (buffers.film.albedo.as_ref(), ALBEDO_VIEW, false),
+                (buffers.film.normal.as_ref(), NORMAL_VIEW, false),
             ];
             for (sums, view, backdrop) in averaged {
                 let Some(sums) = sums else { continue };
@@ -309,33 +307,7 @@ impl RasterJob {
         let Some(buffers) = &self.buffers else {
             return Err(VulkanError::Limit("the frame was read back already".to_owned()));
         };
-        let rgb = |p: &[f32]| [p[0], p[1], p[2]];
-        let sum: Vec<[f32; 3]> = read(passes, &buffers.film)?.chunks_exact(4).map(rgb).collect();
-        let centers: Vec<CenterHit> = match &buffers.centers {
-            Some(centers) if self.pass > 0 => bytemuck::pod_collect_to_vec(&read(passes, centers)?),
-            _ => Vec::new(),
-        };
-        let count = samples.max(1) as f32;
-        let mut aovs = Vec::with_capacity(self.frame.aovs.len());
-        for &aov in &self.frame.aovs {
-            let averaged = match aov {
-                Aov::Albedo => buffers.albedo.as_ref(),
-                Aov::Normal => buffers.normal.as_ref(),
-                _ => None,
-            };
-            let values: Vec<f32> = match averaged {
-                Some(buffer) => {
-                    let sums = read(passes, buffer)?;
-                    sums.chunks_exact(4).flat_map(rgb).map(|value| value / count).collect()
-                }
-                None if centers.is_empty() => vec![0.0; sum.len() * aov.channels()],
-                None => centers.iter().flat_map(|hit| hit.channels(aov)).collect(),
-            };
-            aovs.push((aov, values));
-        }
-        let Frame { width, height, tile, .. } = self.frame;
-        // All that was handed in is done: the last of the copies was waited for.
-        Ok(Film { width, height, tile, samples, sum, blocks: Vec::new(), aovs })
+        buffers.film.read(passes.device, passes.queue, &self.frame, samples, self.pass > 0)
     }
 
     /// Gives up what is under way: its buffers go when the device is done with them.
@@ -346,37 +318,16 @@ impl RasterJob {
     }
 }
 
-/// Copies a buffer of floats back.
-fn read(passes: &mut RasterPasses<'_>, from: &Buffer) -> Result<Vec<f32>> {
-    let to = Buffer::new(passes.device, "a film", from.size, vk::BufferUsageFlags::TRANSFER_DST, Place::Readback)?;
-    let mut commands = passes.queue.begin()?;
-    commands.full_barrier();
-    commands.copy(from.raw, to.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }]);
-    commands.host_barrier();
-    let number = passes.queue.submit(commands)?;
-    // SYNC: an explicit readback of the film.
-    passes.queue.wait(number, Duration::MAX)?;
-    Ok(bytemuck::pod_collect_to_vec(&to.mapped()[..from.size as usize]))
-}
-
 impl Buffers {
     fn new(device: &Arc<Device>, frame: &Frame) -> Result<Self> {
-        let pixels = u64::from(frame.tile.width) * u64::from(frame.tile.height);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let make = |what, size| Buffer::new(device, what, size, usage, Place::Device);
-        let sums = |wanted: bool, what| wanted.then(|| make(what, 16 * pixels)).transpose();
-        let wants = |aov| frame.aovs.contains(&aov);
-        let wants_centers = frame.aovs.iter().any(|aov| !matches!(aov, Aov::Albedo | Aov::Normal));
-        let centers = size_of::<CenterHit>() as u64 * pixels;
         let counts = 4 * u64::from(BUCKETS * AHEAD) * camera::parts(frame.tile).len() as u64;
         Ok(Self {
             tables: make("tables of a frame", TABLES)?,
-            film: make("a film", 16 * pixels)?,
-            albedo: sums(wants(Aov::Albedo), "the albedo of a frame")?,
-            normal: sums(wants(Aov::Normal), "the normals of a frame")?,
-            centers: wants_centers.then(|| make("pixel centres of a frame", centers)).transpose()?,
+            film: FilmBuffers::new(device, frame, 1)?,
             counts: Buffer::new(device, "counts of draws", counts, usage, Place::Readback)?,
             timer: Timer::new(device, AHEAD)?,
         })

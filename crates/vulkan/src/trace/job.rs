@@ -9,14 +9,14 @@
 
 use super::paths::{Columns, PathPool};
 use super::{Generation, RayTracer, TlasSet};
-use crate::abi::{CenterHit, FrameTable, LightTable, SceneTable, TracePush};
+use crate::abi::{FrameTable, LightTable, SceneTable, TracePush};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
+use crate::film::{FilmBuffers, rgb};
 use crate::memory::{Buffer, Place, Queue, Stage};
 use ash::vk;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
-use orthant_resident::frame::Aov;
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -105,11 +105,8 @@ pub(crate) struct Job {
 struct Buffers {
     /// The three tables that shaders read.
     tables: Buffer,
-    film: Buffer,
+    film: FilmBuffers,
     block: Buffer,
-    albedo: Option<Buffer>,
-    normal: Option<Buffer>,
-    centers: Option<Buffer>,
     counters: Buffer,
     read_counters: Buffer,
 }
@@ -144,8 +141,7 @@ impl Job {
         commands.update(buffers.tables.raw, SCENE_AT, bytemuck::bytes_of(scene));
         commands.update(buffers.tables.raw, LIGHTS_AT, bytemuck::bytes_of(lights));
         commands.update(buffers.tables.raw, FRAME_AT, bytemuck::bytes_of(&table));
-        let sums = [Some(&buffers.film), Some(&buffers.block), buffers.albedo.as_ref(), buffers.normal.as_ref()];
-        for sum in sums.into_iter().flatten() {
+        for sum in buffers.film.sums().chain([&buffers.block]) {
             commands.fill(sum.raw, 0, sum.size / 4 * 4, 0);
         }
         commands.full_barrier();
@@ -269,7 +265,7 @@ impl Job {
         } else {
             passes.pipeline.trace(&mut commands, Generation::Block, passes.tlas, passes.images, &push, size);
         }
-        if !self.has_centers && buffers.centers.is_some() {
+        if !self.has_centers && buffers.film.centers.is_some() {
             // With the first rows; it is one ray a pixel.
             push.first_row = 0;
             let size = (tile.width, tile.height);
@@ -364,64 +360,24 @@ impl Job {
         let Some(buffers) = &self.buffers else {
             return Err(VulkanError::Limit("the frame was read back already".to_owned()));
         };
-        let read = |passes: &mut Passes<'_>, from: &Buffer| read(passes, from);
-        let sum = read(passes, &buffers.film)?;
-        let sum: Vec<[f32; 3]> = sum.chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
-        let mut aovs = Vec::with_capacity(self.frame.aovs.len());
-        let count = samples.max(1) as f32;
-        let centers: Vec<CenterHit> = match &buffers.centers {
-            Some(centers) if self.has_centers => bytemuck::pod_collect_to_vec(&read(passes, centers)?),
-            _ => Vec::new(),
-        };
-        for &aov in &self.frame.aovs {
-            let averaged = match aov {
-                Aov::Albedo => buffers.albedo.as_ref(),
-                Aov::Normal => buffers.normal.as_ref(),
-                _ => None,
-            };
-            let values: Vec<f32> = match averaged {
-                Some(buffer) => {
-                    let sums = read(passes, buffer)?;
-                    sums.chunks_exact(4)
-                        .take(sum.len())
-                        .flat_map(|p| [p[0] / count, p[1] / count, p[2] / count])
-                        .collect()
-                }
-                None if centers.is_empty() => vec![0.0; sum.len() * aov.channels()],
-                None => centers.iter().flat_map(|hit| hit.channels(aov)).collect(),
-            };
-            aovs.push((aov, values));
-        }
-        // SYNC: reading the film back waits for all of it, the kept blocks among that.
-        passes.queue.wait(passes.queue.last(), Duration::MAX)?;
+        let mut film = buffers.film.read(passes.device, passes.queue, &self.frame, samples, self.has_centers)?;
+        // The kept blocks were handed in before it.
         let blocks = self.kept.iter().map(|(index, samples, buffer)| {
             let floats: &[f32] = bytemuck::cast_slice(buffer.mapped());
-            let sum = floats.chunks_exact(4).take(sum.len()).map(|p| [p[0], p[1], p[2]]).collect();
-            FilmBlock { index: *index, samples: *samples, sum }
+            FilmBlock {
+                index: *index,
+                samples: *samples,
+                sum: floats.chunks_exact(4).take(film.sum.len()).map(rgb).collect(),
+            }
         });
-        let blocks = blocks.collect();
-        let (width, height, tile) = (self.frame.width, self.frame.height, self.frame.tile);
-        Ok(Film { width, height, tile, samples, sum, blocks, aovs })
+        film.blocks = blocks.collect();
+        Ok(film)
     }
 
     /// Gives up what is under way: its buffers go when the device is done with them.
     pub fn retire(mut self, queue: &mut Queue) {
         queue.retire((self.buffers.take(), std::mem::take(&mut self.kept)));
     }
-}
-
-/// Copies a buffer of floats back.
-fn read(passes: &mut Passes<'_>, from: &Buffer) -> Result<Vec<f32>> {
-    let to = Buffer::new(passes.device, "a film", from.size, vk::BufferUsageFlags::TRANSFER_DST, Place::Readback)?;
-    let mut commands = passes.queue.begin()?;
-    commands.full_barrier();
-    commands.stage(Stage::Readback);
-    commands.copy(from.raw, to.raw, &[vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.size }]);
-    commands.host_barrier();
-    let number = passes.queue.submit(commands)?;
-    // SYNC: an explicit readback of the film.
-    passes.queue.wait(number, Duration::MAX)?;
-    Ok(bytemuck::pod_collect_to_vec(&to.mapped()[..from.size as usize]))
 }
 
 impl Buffers {
@@ -431,33 +387,26 @@ impl Buffers {
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let make = |what, size| Buffer::new(device, what, size, usage, Place::Device);
-        let wants = |aov| frame.aovs.contains(&aov);
-        // The sums of the frame, then those of the block under way.
-        let sums = |wanted: bool, what| wanted.then(|| make(what, 2 * 16 * pixels)).transpose();
-        let wants_centers = frame.aovs.iter().any(|aov| !matches!(aov, Aov::Albedo | Aov::Normal));
-        let centers = size_of::<CenterHit>() as u64 * pixels;
         Ok(Self {
             tables: make("tables of a frame", TABLES)?,
-            film: make("a film", 16 * pixels)?,
+            // The sums of the frame, then those of the block under way.
+            film: FilmBuffers::new(device, frame, 2)?,
             block: make("a block of a film", 16 * pixels)?,
-            albedo: sums(wants(Aov::Albedo), "the albedo of a frame")?,
-            normal: sums(wants(Aov::Normal), "the normals of a frame")?,
-            centers: wants_centers.then(|| make("pixel centres of a frame", centers)).transpose()?,
             counters: make("counters of a frame", COUNTERS * AHEAD as u64)?,
             read_counters: Buffer::new(device, "counters of a frame", COUNTERS * AHEAD as u64, usage, Place::Readback)?,
         })
     }
 
     fn table(&self, frame: &Frame) -> FrameTable {
-        let address = |buffer: &Option<Buffer>| buffer.as_ref().map_or(0, |buffer| buffer.address);
+        let [albedo, normal, centers] = self.film.addresses();
         FrameTable {
             scene: self.tables.address + SCENE_AT,
             lights: self.tables.address + LIGHTS_AT,
-            film: self.film.address,
+            film: self.film.sum.address,
             block: self.block.address,
-            albedo: address(&self.albedo),
-            normal: address(&self.normal),
-            centers: address(&self.centers),
+            albedo,
+            normal,
+            centers,
             counters: self.counters.address,
             ..FrameTable::new(frame)
         }
