@@ -12,6 +12,7 @@ pub mod backend;
 pub mod path;
 pub mod scene;
 pub mod trace;
+mod world;
 
 pub use backend::CpuBackend;
 pub use scene::ResidentScene;

@@ -9,7 +9,8 @@
 //! * [`geometry`]: accessors to streams, tangents, morph targets and skins;
 //! * [`textures`]: image decoding and mip chains;
 //! * [`camera`]: cameras of the document, and framing;
-//! * [`sky`]: the built-in sky.
+//! * [`sky`]: the built-in sky;
+//! * [`world`]: derived worlds, and the planner that follows their patches.
 
 mod budget;
 pub mod camera;
@@ -19,6 +20,7 @@ mod error;
 pub mod geometry;
 pub mod sky;
 pub mod textures;
+pub mod world;
 
 pub use decoded::DecodedScene;
 pub use derived::{DeriveOptions, DerivedScene};

@@ -4,6 +4,7 @@ use crate::batch::SceneBatch;
 use crate::environment::Environment;
 use crate::film::Film;
 use crate::frame::Frame;
+use crate::world::{ArenaLens, BatchRefused, MutationBatch, SetSlot, WorldApplied, WorldBytes, WorldCounts};
 use std::time::Duration;
 
 /// What can go wrong in a backend.
@@ -22,6 +23,12 @@ pub enum BackendError {
     /// The batch contradicts itself or leads outside its buffers. Nothing was changed.
     #[error("the batch is invalid: {0}")]
     InvalidBatch(String),
+    /// A batch for a world was refused. Nothing was changed.
+    #[error(transparent)]
+    WorldBatch(#[from] BatchRefused),
+    /// There is no staging set.
+    #[error("there is no staging set: begin one before it is filled or swapped in")]
+    NoStagingSet,
     /// The frame cannot be rendered as asked.
     #[error("the frame is invalid: {0}")]
     InvalidFrame(String),
@@ -72,6 +79,8 @@ pub struct TicketStatus {
     pub rays: RayCounts,
     /// Time spent tracing so far.
     pub elapsed: Duration,
+    /// Work in the world so far.
+    pub world: WorldCounts,
 }
 
 impl TicketStatus {
@@ -133,4 +142,22 @@ pub trait Backend {
 
     /// What is resident, in bytes.
     fn resident_bytes(&self) -> ResidentBytes;
+
+    /// Makes an empty staging set of world arenas, whose node bounds are relative to `origin` (raw), with room for `lens` if that
+    /// is known. One that was being filled is dropped. Frames see nothing of it.
+    fn begin_staging(&mut self, origin: [i64; 4], lens: ArenaLens) -> Result<(), BackendError>;
+
+    /// Brings a set of world arenas up to date. An error changes nothing. A frame that was submitted before sees the set as it
+    /// was, or is ended.
+    fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> Result<WorldApplied, BackendError>;
+
+    /// Puts the staging set in the place of the active one, between two frames, by exchanging handles: nothing is copied and
+    /// nothing is waited for. The old set is dropped when no frame uses it.
+    fn swap_sets(&mut self) -> Result<(), BackendError>;
+
+    /// Drops the staging set, if there is one.
+    fn drop_staging(&mut self);
+
+    /// Bytes of a set; zero if there is none.
+    fn world_bytes(&self, set: SetSlot) -> WorldBytes;
 }

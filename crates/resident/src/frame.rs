@@ -1,6 +1,7 @@
 //! What to render: a [`Frame`].
 
 use crate::camera::Camera;
+use crate::world::WorldView;
 use std::ops::Range;
 
 /// A rectangle of pixels.
@@ -61,8 +62,16 @@ pub enum Aov {
     Node,
     /// RenderPrimitive index, likewise.
     Primitive,
-    /// [`crate::rows::MaterialRow::id`], likewise; -1 for the default material too.
+    /// [`crate::rows::MaterialRow::id`], likewise; -1 for the default material too, and for blocks of a world.
     Material,
+    /// Number of the block's material in a world, likewise; -1 where no block is hit.
+    Block,
+    /// Face of the block that is hit, likewise: `2 axis`, plus 1 if its outward normal points to the axis' positive end; -1 where
+    /// no block is hit. Axes are those of the world, in its own directions.
+    Face,
+    /// Cell of the block that is hit, likewise: its place in the lattice of its own scale less the anchor's. 0 where no block is
+    /// hit.
+    Cell,
 }
 
 impl Aov {
@@ -70,7 +79,8 @@ impl Aov {
     pub fn channels(self) -> usize {
         match self {
             Self::Albedo | Self::Normal | Self::Position => 3,
-            Self::Depth | Self::Node | Self::Primitive | Self::Material => 1,
+            Self::Depth | Self::Node | Self::Primitive | Self::Material | Self::Block | Self::Face => 1,
+            Self::Cell => 4,
         }
     }
 }
@@ -107,4 +117,6 @@ pub struct Frame {
     pub aovs: Vec<Aov>,
     /// Threads; 0 takes all. The result does not depend on it.
     pub threads: usize,
+    /// What is seen of the backend's world; `None` leaves it out.
+    pub world: Option<WorldView>,
 }

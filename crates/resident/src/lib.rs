@@ -10,6 +10,7 @@
 //! * [`tonemap`]: from radiance to what a display shows;
 //! * [`spans`]: which parts of a buffer are in use; [`slot_tree`]: one value over all rows of a buffer;
 //! * [`extent`]: the radius of a scene;
+//! * [`world`]: the rows, batches and views of worlds;
 //! * [`compare`]: whether what is resident is what was derived;
 //! * [`backend`]: the [`Backend`] trait.
 //!
@@ -34,6 +35,7 @@ pub mod sampling;
 pub mod slot_tree;
 pub mod spans;
 pub mod tonemap;
+pub mod world;
 
 pub use backend::{Backend, BackendError, Ticket, TicketStatus};
 pub use batch::SceneBatch;

@@ -186,6 +186,8 @@ impl CenterHit {
             Aov::Primitive => vec![self.primitive],
             Aov::Material => vec![self.material],
             Aov::Albedo | Aov::Normal => Vec::new(),
+            Aov::Block | Aov::Face => vec![-1.0],
+            Aov::Cell => vec![0.0; 4],
         }
     }
 }

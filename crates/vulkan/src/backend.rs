@@ -8,6 +8,7 @@ use crate::scene::{AccelerationBytes, Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, PathPool, RayTracer, TlasSet};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -188,6 +189,9 @@ impl VulkanBackend {
     /// As [`Backend::submit`]; a frame of a part of the samples; a device that cannot rasterize.
     pub fn submit_raster(&mut self, frame: Frame, options: RasterOptions) -> std::result::Result<Ticket, BackendError> {
         check_frame(&frame)?;
+        if frame.world.is_some() {
+            return Err(no_worlds());
+        }
         raster::check(&frame)?;
         self.usable()?;
         self.end_job();
@@ -297,6 +301,9 @@ impl Backend for VulkanBackend {
 
     fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {
         check_frame(&frame)?;
+        if frame.world.is_some() {
+            return Err(no_worlds());
+        }
         self.usable()?;
         self.end_job();
         self.last_ticket += 1;
@@ -336,4 +343,30 @@ impl Backend for VulkanBackend {
     fn resident_bytes(&self) -> ResidentBytes {
         self.scene.resident_bytes()
     }
+
+    fn begin_staging(&mut self, _origin: [i64; 4], _lens: ArenaLens) -> std::result::Result<(), BackendError> {
+        Err(no_worlds())
+    }
+
+    fn apply_world(
+        &mut self,
+        _set: SetSlot,
+        _batch: &MutationBatch,
+    ) -> std::result::Result<WorldApplied, BackendError> {
+        Err(no_worlds())
+    }
+
+    fn swap_sets(&mut self) -> std::result::Result<(), BackendError> {
+        Err(BackendError::NoStagingSet)
+    }
+
+    fn drop_staging(&mut self) {}
+
+    fn world_bytes(&self, _set: SetSlot) -> WorldBytes {
+        WorldBytes::default()
+    }
+}
+
+fn no_worlds() -> BackendError {
+    BackendError::Device("worlds are not built for Vulkan yet: use --backend cpu".into())
 }

@@ -357,6 +357,12 @@ pub enum AovArg {
     Primitive,
     /// glTF material index, -1 where nothing is hit
     Material,
+    /// Of a world: number of the block's material, -1 where no block is hit
+    Block,
+    /// Of a world: face of the block, 2 axis + 1 if its normal points to the axis' positive end, -1 where no block is hit
+    Face,
+    /// Of a world: place of the block in the lattice of its scale, less the camera's
+    Cell,
 }
 
 impl AovArg {
@@ -370,6 +376,9 @@ impl AovArg {
             Self::Node => Aov::Node,
             Self::Primitive => Aov::Primitive,
             Self::Material => Aov::Material,
+            Self::Block => Aov::Block,
+            Self::Face => Aov::Face,
+            Self::Cell => Aov::Cell,
         }
     }
 }

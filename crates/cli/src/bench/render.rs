@@ -49,6 +49,7 @@ pub(super) fn prepare(file: &Path, asked: &Asked<'_>, settings: Settings) -> Res
         filter: PixelFilter::BlackmanHarris { radius: 1.5 },
         aovs: Vec::new(),
         threads: settings.threads,
+        world: None,
     };
     Ok((backend, frame, nodes))
 }

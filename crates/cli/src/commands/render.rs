@@ -213,6 +213,7 @@ impl Plan {
             },
             aovs: aovs.into_iter().map(AovArg::aov).collect(),
             threads: args.threads,
+            world: None,
         }
     }
 

@@ -18,6 +18,9 @@ fn names(aov: Aov) -> (&'static str, &'static [&'static str]) {
         Aov::Node => ("node", &["id"]),
         Aov::Primitive => ("primitive", &["id"]),
         Aov::Material => ("material", &["id"]),
+        Aov::Block => ("block", &["id"]),
+        Aov::Face => ("face", &["id"]),
+        Aov::Cell => ("cell", &["X", "Y", "Z", "W"]),
     }
 }
 

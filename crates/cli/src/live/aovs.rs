@@ -75,6 +75,7 @@ fn film(backend: &mut VulkanBackend, camera: Camera) -> Result<Film, BackendErro
         filter: PixelFilter::Box,
         aovs: vec![Aov::Depth, Aov::Node, Aov::Material],
         threads: 0,
+        world: None,
     })?;
     while !backend.poll(ticket, Duration::from_secs(1))?.is_done() {}
     backend.read_film(ticket)

@@ -81,6 +81,7 @@ fn frame_of(scene: &Scene, derived: &DerivedScene, (width, height): (u32, u32), 
         filter: PixelFilter::BlackmanHarris { radius: 1.5 },
         aovs: AOVS.to_vec(),
         threads: 0,
+        world: None,
     })
 }
 

@@ -105,6 +105,7 @@ fn parallel(loaded: &Loaded, size: u32, samples: u32) -> Frame {
         filter: PixelFilter::Box,
         aovs: Vec::new(),
         threads: 0,
+        world: None,
     }
 }
 

@@ -12,6 +12,7 @@ use crate::scene::ResidentScene;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
 use orthant_resident::frame::Tile;
+use orthant_resident::world::WorldCounts;
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -93,7 +94,13 @@ impl Job {
     }
 
     pub fn status(&self) -> TicketStatus {
-        TicketStatus { done: self.done, total: self.total(), rays: self.rays, elapsed: self.elapsed }
+        TicketStatus {
+            done: self.done,
+            total: self.total(),
+            rays: self.rays,
+            elapsed: self.elapsed,
+            world: WorldCounts::default(),
+        }
     }
 
     fn total(&self) -> u64 {

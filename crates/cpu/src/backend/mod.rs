@@ -4,10 +4,12 @@ mod job;
 
 use crate::path::lights::LightTables;
 use crate::scene::ResidentScene;
+use crate::world::WorldSets;
 use job::Job;
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_environment, check_frame};
 use orthant_resident::extent::scene_radius;
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,6 +22,7 @@ use std::time::Duration;
 pub struct CpuBackend {
     scene: ResidentScene,
     lights: LightTables,
+    worlds: WorldSets,
     job: Option<Job>,
     last_ticket: u64,
     pool: Option<(usize, Arc<rayon::ThreadPool>)>,
@@ -37,6 +40,11 @@ impl CpuBackend {
     /// The resident scene, to be read: for validation and tests.
     pub fn scene(&self) -> &ResidentScene {
         &self.scene
+    }
+
+    /// A set of world arenas, to be read: for validation and tests. `None` if there is none.
+    pub fn world(&self, set: SetSlot) -> Option<&WorldArenas> {
+        self.worlds.get(set)
     }
 
     /// Checks that the tables of lights are those of the rows. Looks at everything.
@@ -111,6 +119,9 @@ impl Backend for CpuBackend {
 
     fn submit(&mut self, frame: Frame) -> Result<Ticket, BackendError> {
         check_frame(&frame)?;
+        if frame.world.is_some() {
+            return Err(BackendError::InvalidFrame("worlds are not traced yet".into()));
+        }
         let pool = self.pool(frame.threads)?;
         self.end_job();
         self.last_ticket += 1;
@@ -135,5 +146,34 @@ impl Backend for CpuBackend {
 
     fn resident_bytes(&self) -> ResidentBytes {
         self.scene.resident_bytes()
+    }
+
+    fn begin_staging(&mut self, origin: [i64; 4], lens: ArenaLens) -> Result<(), BackendError> {
+        self.worlds.begin_staging(origin, lens);
+        Ok(())
+    }
+
+    /// A batch for the active set ends the ticket of a frame that is under way.
+    fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> Result<WorldApplied, BackendError> {
+        let applied = self.worlds.apply(set, batch)?;
+        if set == SetSlot::Active {
+            self.end_job();
+        }
+        Ok(applied)
+    }
+
+    /// Ends the ticket of a frame that is under way.
+    fn swap_sets(&mut self) -> Result<(), BackendError> {
+        self.worlds.swap()?;
+        self.end_job();
+        Ok(())
+    }
+
+    fn drop_staging(&mut self) {
+        self.worlds.drop_staging();
+    }
+
+    fn world_bytes(&self, set: SetSlot) -> WorldBytes {
+        self.worlds.bytes(set)
     }
 }

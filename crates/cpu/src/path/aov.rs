@@ -36,6 +36,8 @@ impl CenterHit {
             Aov::Primitive => out.push(self.primitive),
             Aov::Material => out.push(self.material),
             Aov::Albedo | Aov::Normal => {}
+            Aov::Block | Aov::Face => out.push(-1.0),
+            Aov::Cell => out.extend([0.0; 4]),
         }
     }
 }

@@ -321,6 +321,7 @@ pub fn frame(camera: Camera, width: u32, height: u32, samples: u32) -> Frame {
         filter: PixelFilter::Box,
         aovs: vec![],
         threads: 0,
+        world: None,
     }
 }
 

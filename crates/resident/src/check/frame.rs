@@ -3,6 +3,8 @@
 use crate::camera::Projection;
 use crate::film::BLOCK;
 use crate::frame::PixelFilter;
+use crate::world::WorldView;
+use crate::world::view::{Combine, MAX_DISTANCE, MAX_LAYERS};
 use crate::{BackendError, Environment, Frame};
 
 /// Checks a frame.
@@ -57,6 +59,47 @@ pub fn check_frame(frame: &Frame) -> Result<(), BackendError> {
     }
     if !(c.near >= 0.0 && c.far > c.near) {
         return fault(format!("near is {} and far {}; 0 <= near < far is asked for", c.near, c.far));
+    }
+    if let Some(view) = &frame.world {
+        check_view(view)?;
+    }
+    Ok(())
+}
+
+fn check_view(view: &WorldView) -> Result<(), BackendError> {
+    let fault = |message: String| Err(BackendError::InvalidFrame(message));
+    if view.layers.is_empty() || view.layers.len() > MAX_LAYERS {
+        return fault(format!("a view of a world has {} layers; 1 to {MAX_LAYERS} are possible", view.layers.len()));
+    }
+    for (i, layer) in view.layers.iter().enumerate() {
+        let dot = |a: &[f32; 4], b: &[f32; 4]| (0..4).map(|k| a[k] * b[k]).sum::<f32>();
+        let good = (0..3).all(|a| {
+            (0..=a).all(|b| (dot(&layer.axes[a], &layer.axes[b]) - if a == b { 1.0 } else { 0.0 }).abs() < 1e-4)
+        });
+        let camera = [layer.right, layer.up, layer.forward];
+        if !good || camera.as_flattened().iter().any(|v| !v.is_finite()) {
+            return fault(format!("the axes of layer {i} must be orthonormal, and its camera finite"));
+        }
+    }
+    if !(view.distance > 0.0 && view.distance <= MAX_DISTANCE) {
+        return fault(format!(
+            "the view distance is {}; it must be positive and at most {MAX_DISTANCE}",
+            view.distance
+        ));
+    }
+    if !(0.0..=0.5).contains(&view.edges) {
+        return fault(format!("the width of block edges is {}; it is a fraction from 0 to 0.5", view.edges));
+    }
+    if let Combine::Integral { mix } = view.combine
+        && !(mix >= 0.0 && mix.is_finite())
+    {
+        return fault(format!("the integral's mixing constant is {mix}; it must not be negative"));
+    }
+    let bound = 1_i64 << 61;
+    if view.anchor.iter().any(|&a| a <= -bound || a >= bound) || view.step_budget == 0 {
+        return fault(
+            "the view's anchor must lie within 2^45 units of the origin, and its step budget be positive".into(),
+        );
     }
     Ok(())
 }

@@ -183,6 +183,7 @@ mod tests {
             filter: PixelFilter::Box,
             aovs: Vec::new(),
             threads: 0,
+            world: None,
         }
     }
 

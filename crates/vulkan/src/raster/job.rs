@@ -176,6 +176,7 @@ impl RasterJob {
             total: pixels * u64::from(self.frame.samples.end),
             rays: orthant_resident::backend::RayCounts::default(),
             elapsed: self.elapsed,
+            world: orthant_resident::world::WorldCounts::default(),
         }
     }
 

@@ -174,7 +174,13 @@ impl Job {
     }
 
     pub fn status(&self) -> TicketStatus {
-        TicketStatus { done: self.done, total: self.total(), rays: self.rays, elapsed: self.elapsed }
+        TicketStatus {
+            done: self.done,
+            total: self.total(),
+            rays: self.rays,
+            elapsed: self.elapsed,
+            world: orthant_resident::world::WorldCounts::default(),
+        }
     }
 
     fn total(&self) -> u64 {

@@ -1,0 +1,5 @@
+//! Worlds: resident sets of arenas.
+
+mod sets;
+
+pub(crate) use sets::WorldSets;

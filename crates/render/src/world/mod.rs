@@ -1,0 +1,1 @@
+//! Derived worlds: the leaf set with its root BVH, and the planner that turns patches into mutation batches.
