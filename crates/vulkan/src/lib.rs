@@ -6,6 +6,7 @@
 //! * `scene`: what is resident, and how a batch changes it;
 //! * `trace`: the ray tracing pipeline, its twin of ray queries, and frames;
 //! * [`raster`]: the preview by graphics pipelines;
+//! * [`world`]: the arenas of worlds;
 //! * [`abi`]: what the shaders (`shaders/`) see of it.
 
 pub mod abi;
@@ -18,6 +19,7 @@ pub mod raster;
 mod scene;
 mod shaders;
 mod trace;
+pub mod world;
 
 pub use backend::{Uploaded, VulkanBackend};
 pub use error::VulkanError;

@@ -5,10 +5,12 @@ use orthant_resident::rows::{
     EmitterRow, EmitterTriangle, LightRow, Mat3x4, MaterialRow, MeshDesc, RenderNodeRow, TextureSlot, VertexRow,
 };
 use orthant_resident::sampling::light_tree::{LightBounds, LightNode};
+use orthant_resident::world::{BlockRow, LeafRow, WorldNode};
 use orthant_vulkan::abi::{
     CenterHit, Constants, FrameTable, ImageRow, InstancePush, LightTable, QuadRow, RowSpan, SceneTable, TracePush,
 };
 use orthant_vulkan::raster::abi::{CullPush, DrawCommand, EnvironmentPush, RasterPush, RasterTable, ResolvePush};
+use orthant_vulkan::world::abi::{ScatterPush, WordSpan, WorldTable};
 use rspirv::dr::{Instruction, Module, Operand, load_bytes};
 use rspirv::spirv::{Decoration, Op, StorageClass};
 use std::collections::{BTreeMap, BTreeSet};
@@ -204,6 +206,19 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
         layout!(TextureRow { image, sampling }),
         layout!(LightBounds { lower, intensity, upper, cos_spread, axis, cos_end }),
         layout!(LightNode { bounds, first, parent, light, reserved }),
+        layout!(WorldTable {
+            nodes, leaves, payload, palette, origin, root, node_count, leaf_count, payload_count, palette_count, reserved,
+        }),
+        layout!(ScatterPush {
+            world, list, node_rows, leaf_rows, palette_rows, span_count, word_count, reserved,
+        }),
+        layout!(WordSpan { first, before }),
+        layout!(WorldNode { bounds, children, reserved }),
+        layout!(LeafRow { min, max, kind, block, payload, coarse }),
+        layout!(BlockRow {
+            color, flags, emission, weight, absorption, roughness, metallic, pattern, cells, contrast, width, texture_size,
+            reserved,
+        }),
         ("Mat3x4", rows_by_themselves()),
         ("InstanceRow", instance()),
         ("Packed3", three_floats()),
