@@ -5,6 +5,7 @@
 //! * [`accel`]: the structures themselves: one BLAS per RenderPrimitive, one TLAS over the RenderNodes;
 //! * [`trace`]: rays through them;
 //! * [`path`]: the path tracer;
+//! * [`world`]: worlds of blocks: sets of arenas, rays, image modes;
 //! * [`backend`]: [`CpuBackend`], which ties them together.
 
 pub mod accel;
@@ -12,7 +13,7 @@ pub mod backend;
 pub mod path;
 pub mod scene;
 pub mod trace;
-mod world;
+pub mod world;
 
 pub use backend::CpuBackend;
 pub use scene::ResidentScene;

@@ -9,10 +9,11 @@ use crate::path::camera::View;
 use crate::path::lights::LightTables;
 use crate::path::tile::{TileSums, render_tile};
 use crate::scene::ResidentScene;
+use crate::world::WorldTracer;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
 use orthant_resident::frame::Tile;
-use orthant_resident::world::WorldCounts;
+use orthant_resident::world::{WorldArenas, WorldCounts};
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -35,6 +36,14 @@ struct Unit {
     sums: TileSums,
 }
 
+/// What a frame sees of the backend: by shared reference, so that looking changes nothing.
+#[derive(Clone, Copy)]
+pub(super) struct Resident<'a> {
+    pub scene: &'a ResidentScene,
+    pub lights: &'a LightTables,
+    pub world: &'a WorldArenas,
+}
+
 pub(super) struct Job {
     pub ticket: Ticket,
     frame: Frame,
@@ -49,6 +58,7 @@ pub(super) struct Job {
     film: Film,
     done: u64,
     rays: RayCounts,
+    world: WorldCounts,
     discarded: u64,
     elapsed: Duration,
 }
@@ -84,6 +94,7 @@ impl Job {
             frame,
             done: 0,
             rays: RayCounts::default(),
+            world: WorldCounts::default(),
             discarded: 0,
             elapsed: Duration::ZERO,
         }
@@ -94,13 +105,7 @@ impl Job {
     }
 
     pub fn status(&self) -> TicketStatus {
-        TicketStatus {
-            done: self.done,
-            total: self.total(),
-            rays: self.rays,
-            elapsed: self.elapsed,
-            world: WorldCounts::default(),
-        }
+        TicketStatus { done: self.done, total: self.total(), rays: self.rays, elapsed: self.elapsed, world: self.world }
     }
 
     fn total(&self) -> u64 {
@@ -109,14 +114,14 @@ impl Job {
     }
 
     /// Renders for about `budget`, at least one unit of work.
-    pub fn work(&mut self, scene: &ResidentScene, lights: &LightTables, budget: Duration) {
+    pub fn work(&mut self, resident: Resident, budget: Duration) {
         let start = Instant::now();
         while self.done < self.total() {
             if self.group.iter().all(|unit| unit.done) {
                 self.finish_group();
                 self.begin_group();
             }
-            self.render_group(scene, lights, start, budget);
+            self.render_group(resident, start, budget);
             if self.group.iter().all(|unit| unit.done) {
                 self.finish_group();
             }
@@ -149,9 +154,10 @@ impl Job {
         block * BLOCK..frame.samples.end.min((block * BLOCK).saturating_add(BLOCK))
     }
 
-    fn render_group(&mut self, scene: &ResidentScene, lights: &LightTables, start: Instant, budget: Duration) {
+    fn render_group(&mut self, Resident { scene, lights, world }: Resident, start: Instant, budget: Duration) {
         let Self { frame, tiles, group, pool, .. } = self;
-        let tracer = PathTracer { scene, lights, frame, view: View::new(frame) };
+        let world = WorldTracer::new(frame, world, !scene.render_nodes.is_empty());
+        let tracer = PathTracer { scene, lights, frame, view: View::new(frame), world: world.as_ref() };
         let first_block = frame.samples.start / BLOCK;
         let begun = AtomicBool::new(false);
         let newly_done: Vec<&Unit> = {
@@ -178,6 +184,7 @@ impl Job {
             self.rays.camera += unit.sums.counts.rays.camera;
             self.rays.bounce += unit.sums.counts.rays.bounce;
             self.rays.shadow += unit.sums.counts.rays.shadow;
+            self.world += unit.sums.counts.world;
             self.discarded += unit.sums.counts.discarded;
         }
     }

@@ -5,11 +5,11 @@ mod job;
 use crate::path::lights::LightTables;
 use crate::scene::ResidentScene;
 use crate::world::WorldSets;
-use job::Job;
+use job::{Job, Resident};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
-use orthant_resident::check::{check_environment, check_frame};
+use orthant_resident::check::{check_environment, check_frame, check_view_with_scene};
 use orthant_resident::extent::scene_radius;
-use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, Shade, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -119,8 +119,13 @@ impl Backend for CpuBackend {
 
     fn submit(&mut self, frame: Frame) -> Result<Ticket, BackendError> {
         check_frame(&frame)?;
-        if frame.world.is_some() {
-            return Err(BackendError::InvalidFrame("worlds are not traced yet".into()));
+        if let Some(view) = &frame.world
+            && !self.scene.render_nodes.is_empty()
+        {
+            check_view_with_scene(view)?;
+        }
+        if frame.world.as_ref().is_some_and(|view| view.shade == Shade::Path) {
+            return Err(BackendError::InvalidFrame("worlds are seen in the preview only, so far".into()));
         }
         let pool = self.pool(frame.threads)?;
         self.end_job();
@@ -132,9 +137,9 @@ impl Backend for CpuBackend {
 
     fn poll(&mut self, ticket: Ticket, budget: Duration) -> Result<TicketStatus, BackendError> {
         self.job(ticket)?;
-        let Self { scene, lights, job, .. } = self;
+        let Self { scene, lights, worlds, job, .. } = self;
         let job = job.as_mut().ok_or(BackendError::UnknownTicket(ticket))?;
-        job.work(scene, lights, budget);
+        job.work(Resident { scene, lights, world: worlds.active() }, budget);
         Ok(job.status())
     }
 

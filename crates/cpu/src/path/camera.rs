@@ -34,6 +34,11 @@ impl View {
         }
     }
 
+    /// The camera of a frame at another place, with other vectors to the right, up and forward: that of a layer of a world.
+    pub fn of_layer(frame: &Frame, position: Vec3, [right, up, forward]: [Vec3; 3]) -> Self {
+        Self { position, right, up, forward, ..Self::new(frame) }
+    }
+
     /// The ray through the film point `film` (in pixels from the upper left corner) and the point of the lens that `lens`
     /// in 0..1 squared selects, with its cone.
     #[inline]

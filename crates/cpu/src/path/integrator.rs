@@ -18,6 +18,7 @@ use glam::{Vec2, Vec3};
 use orthant_resident::backend::RayCounts;
 use orthant_resident::frame::Estimator;
 use orthant_resident::sampling::{DimensionSet, Sampler};
+use orthant_resident::world::WorldCounts;
 
 /// Most probability with which Russian roulette lets a path go on.
 const MAX_SURVIVAL: f32 = 0.95;
@@ -31,6 +32,8 @@ pub struct PathSample {
     pub albedo: Vec3,
     /// World-space shading normal of the first surface; 0 where there is none.
     pub normal: Vec3,
+    /// Weight of the first surface in the `integral` mode of worlds; `None` where there is none.
+    pub weight: Option<f32>,
 }
 
 /// Counters of the work of one thread.
@@ -38,6 +41,8 @@ pub struct PathSample {
 pub struct PathCounts {
     /// Rays.
     pub rays: RayCounts,
+    /// Work in the world.
+    pub world: WorldCounts,
     /// Contributions that were not finite and were left out.
     pub discarded: u64,
 }

@@ -26,6 +26,7 @@ pub mod texture;
 pub mod tile;
 
 use crate::scene::ResidentScene;
+use crate::world::WorldTracer;
 use orthant_resident::Frame;
 
 /// All that a path needs to know.
@@ -39,4 +40,6 @@ pub struct PathTracer<'a> {
     pub frame: &'a Frame,
     /// The frame's camera, prepared.
     pub view: camera::View,
+    /// What is seen of the world, if anything is.
+    pub world: Option<&'a WorldTracer<'a>>,
 }

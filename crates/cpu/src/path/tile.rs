@@ -3,6 +3,7 @@
 use super::PathTracer;
 use super::aov::{is_averaged, trace_center};
 use super::integrator::{PathCounts, trace_path};
+use crate::world::image::sample_layers;
 use glam::{Vec2, Vec3};
 use orthant_resident::frame::{Aov, Tile};
 use orthant_resident::sampling::{DimensionSet, Sampler, sample_pixel_filter};
@@ -38,8 +39,14 @@ pub fn render_tile(tracer: &PathTracer, tile: Tile, samples: Range<u32>, centers
                 let [f0, f1, l0, l1] = sampler.set(0, DimensionSet::Camera);
                 let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
                 let film = center + sample_pixel_filter(tracer.frame.filter, Vec2::new(f0, f1));
-                let (ray, cone) = tracer.view.camera_ray(film, Vec2::new(l0, l1));
-                let sample = trace_path(tracer, &sampler, ray, cone, &mut sums.counts);
+                let lens = Vec2::new(l0, l1);
+                let sample = match tracer.world {
+                    Some(world) => sample_layers(tracer, world, [x, y, index], film, lens, &mut sums.counts),
+                    None => {
+                        let (ray, cone) = tracer.view.camera_ray(film, lens);
+                        trace_path(tracer, &sampler, ray, cone, &mut sums.counts)
+                    }
+                };
                 radiance += sample.radiance;
                 albedo += sample.albedo;
                 normal += sample.normal;
@@ -57,7 +64,7 @@ pub fn render_tile(tracer: &PathTracer, tile: Tile, samples: Range<u32>, centers
         sums.centers.resize(aovs.len() - averaged, Vec::new());
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
-                let hit = trace_center(tracer, x, y);
+                let hit = trace_center(tracer, x, y, &mut sums.counts.world);
                 for (buffer, &aov) in sums.centers.iter_mut().zip(aovs.iter().filter(|&&aov| !is_averaged(aov))) {
                     hit.write(aov, buffer);
                 }

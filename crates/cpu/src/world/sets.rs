@@ -12,7 +12,6 @@ pub(crate) struct WorldSets {
 
 impl WorldSets {
     /// What frames see.
-    #[allow(dead_code, reason = "frames do not trace worlds yet")]
     pub fn active(&self) -> &WorldArenas {
         &self.active
     }

@@ -4,7 +4,7 @@ use crate::camera::Projection;
 use crate::film::BLOCK;
 use crate::frame::PixelFilter;
 use crate::world::WorldView;
-use crate::world::view::{Combine, MAX_DISTANCE, MAX_LAYERS};
+use crate::world::view::{Combine, MAX_DISTANCE, MAX_LAYERS, Shade};
 use crate::{BackendError, Environment, Frame};
 
 /// Checks a frame.
@@ -99,6 +99,26 @@ fn check_view(view: &WorldView) -> Result<(), BackendError> {
     if view.anchor.iter().any(|&a| a <= -bound || a >= bound) || view.step_budget == 0 {
         return fault(
             "the view's anchor must lie within 2^45 units of the origin, and its step budget be positive".into(),
+        );
+    }
+    Ok(())
+}
+
+/// Checks the view of a frame that shows a model scene too: rows of render nodes are resident.
+///
+/// # Errors
+/// [`BackendError::InvalidFrame`], which says what is asked for.
+pub fn check_view_with_scene(view: &WorldView) -> Result<(), BackendError> {
+    let fault = |message: String| Err(BackendError::InvalidFrame(message));
+    if view.layers.len() != 1 {
+        return fault(format!(
+            "a model scene and a world are seen together in one layer (a slice); this view has {}",
+            view.layers.len()
+        ));
+    }
+    if view.shade != Shade::Path {
+        return fault(
+            "a model scene and a world are seen together by path tracing; the preview shows a world alone".into(),
         );
     }
     Ok(())

@@ -5,4 +5,4 @@ mod batch;
 mod frame;
 
 pub use batch::{Resident, check_batch};
-pub use frame::{check_environment, check_frame};
+pub use frame::{check_environment, check_frame, check_view_with_scene};

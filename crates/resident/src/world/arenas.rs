@@ -213,13 +213,14 @@ mod tests {
 
     #[test]
     fn a_batch_that_leads_outside_is_refused() {
-        let faults: [(&str, fn(&mut MutationBatch)); 6] = [
+        type Fault = fn(&mut MutationBatch);
+        let faults: [(&str, Fault); 6] = [
             ("root", |b| b.new_root = Root::leaf(1)),
             ("slot", |b| b.leaf_writes[0].0 = 1),
             ("empty", |b| b.leaf_writes[0].1.max = [0; 4]),
             ("kind", |b| b.leaf_writes[0].1.kind = kind::TETRA),
             ("twice", |b| b.freed_leaves = vec![0, 0]),
-            ("payload", |b| b.freed_payload_spans = vec![0..1]),
+            ("payload", |b| b.freed_payload_spans.push(0..1)),
         ];
         for (what, fault) in faults {
             let mut batch = one_leaf();
