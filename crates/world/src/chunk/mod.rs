@@ -83,6 +83,15 @@ impl Chunk {
         indices
     }
 
+    /// The indices of [`Self::palette`] as they are stored, [`Self::bits_per_block`] bits each: index `i` in word `i / (64 / bits)`,
+    /// from the low bits up. Empty for a uniform chunk.
+    pub fn packed_indices(&self) -> &[u64] {
+        match &self.0 {
+            Repr::Uniform(_) => &[],
+            Repr::Dense(packed) => packed.words(),
+        }
+    }
+
     /// One bit for every block that is not air: bit `index % 64` of word `index / 64`.
     pub fn occupancy(&self) -> [u64; CHUNK_BLOCKS / 64] {
         match &self.0 {

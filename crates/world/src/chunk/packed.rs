@@ -61,6 +61,10 @@ impl Packed {
         &self.palette
     }
 
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
     fn for_each(&self, mut visit: impl FnMut(usize, usize)) {
         let bits = self.bits();
         let per_word = 64 / bits as usize;
