@@ -6,9 +6,11 @@ use crate::memory::{Queue, Staging, Timings};
 use crate::raster::{self, Raster, RasterJob, RasterOptions, RasterPasses, RasterReport, RasterScene};
 use crate::scene::{AccelerationBytes, Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, PathPool, RayTracer, TlasSet};
+use crate::world::abi::WorldTable;
+use crate::world::{WorldWork, Worlds};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame};
-use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldBytes};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -29,6 +31,7 @@ pub struct VulkanBackend {
     raster: Option<Raster>,
     raster_report: RasterReport,
     scene: ResidentScene,
+    worlds: Worlds,
     staging: Staging,
     device: Arc<Device>,
     last_ticket: u64,
@@ -89,6 +92,7 @@ impl VulkanBackend {
         let queue = Queue::new(&device)?;
         let staging = Staging::new(&device, STAGING)?;
         let scene = ResidentScene::new(&device)?;
+        let worlds = Worlds::new(&device)?;
         let pipeline = RayTracer::new(&device, scene.images.layout)?;
         device.keep_pipelines();
         let mut backend = Self {
@@ -101,6 +105,7 @@ impl VulkanBackend {
             raster: None,
             raster_report: RasterReport::default(),
             scene,
+            worlds,
             staging,
             device,
             last_ticket: 0,
@@ -112,7 +117,7 @@ impl VulkanBackend {
         Ok(backend)
     }
 
-    /// Drops the scene, and with it what broke it: the next batch is that of a load. The environment goes too. The memory is
+    /// Drops the scene, and with it what broke it: the next batch is that of a load. The environment and worlds go too. The memory is
     /// free when the device is done with it.
     ///
     /// # Errors
@@ -122,6 +127,7 @@ impl VulkanBackend {
         let empty = ResidentScene::new(&self.device)?;
         let old = std::mem::replace(&mut self.scene, empty);
         self.queue.retire((self.tlas.take(), old));
+        self.worlds.clear(&mut self.queue);
         self.broken = None;
         self.scene.set_environment(&mut self.queue, &mut self.staging, &Environment::none())?;
         self.queue.collect()
@@ -134,7 +140,11 @@ impl VulkanBackend {
 
     /// What the last batch took.
     pub fn uploaded(&self) -> Uploaded {
-        Uploaded { batch: self.applied.uploaded, overhead: self.applied.overhead, waits: self.queue.waits }
+        Uploaded {
+            batch: self.applied.uploaded,
+            overhead: self.applied.overhead,
+            waits: self.queue.waits + self.worlds.waits(),
+        }
     }
 
     /// What acceleration structures take.
@@ -147,12 +157,13 @@ impl VulkanBackend {
     /// # Errors
     /// If the device is gone.
     pub fn is_idle(&self) -> Result<bool> {
-        Ok(self.queue.done()? == self.queue.last())
+        Ok(self.queue.done()? == self.queue.last() && self.worlds.is_idle()?)
     }
 
     /// Has the stages of what is handed in from now on measured on the device, or not. Whether it can: some have no
     /// timestamps.
     pub fn set_timed(&mut self, is_timed: bool) -> bool {
+        self.worlds.set_timed(is_timed);
         self.queue.set_timed(is_timed)
     }
 
@@ -161,7 +172,41 @@ impl VulkanBackend {
     /// # Errors
     /// If the device is gone.
     pub fn take_timings(&mut self) -> Result<Timings> {
-        self.queue.take_timings()
+        let mut timings = self.queue.take_timings()?;
+        timings.merge(&self.worlds.take_timings()?);
+        Ok(timings)
+    }
+
+    /// Where the active set of world arenas lies, for frames that are handed in now.
+    pub fn world_table(&self) -> WorldTable {
+        self.worlds.table()
+    }
+
+    /// What has been recorded for worlds, frames apart.
+    pub fn world_work(&self) -> WorldWork {
+        self.worlds.work()
+    }
+
+    /// Bounds the bytes of each set of world arenas; a batch that asks for more is refused.
+    pub fn set_world_limit(&mut self, bytes: Option<u64>) {
+        self.worlds.set_limit(bytes);
+    }
+
+    /// Whether all that was applied to the staging set has arrived on the device: no frame then waits for it after a swap. False
+    /// without a staging set. Never waits.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub fn is_staging_filled(&self) -> Result<bool> {
+        self.worlds.is_staging_filled()
+    }
+
+    /// Copies a set of world arenas back from the device. It waits.
+    ///
+    /// # Errors
+    /// If there is no staging set to be read; if the device is gone or has no memory for it.
+    pub fn read_back_world(&mut self, set: SetSlot) -> std::result::Result<WorldArenas, BackendError> {
+        self.worlds.read_back(&mut self.queue, set)
     }
 
     /// What the validation layers have said; `None` without them.
@@ -302,6 +347,7 @@ impl Backend for VulkanBackend {
     fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {
         check_frame(&frame)?;
         if frame.world.is_some() {
+            self.worlds.usable()?;
             return Err(no_worlds());
         }
         self.usable()?;
@@ -344,26 +390,26 @@ impl Backend for VulkanBackend {
         self.scene.resident_bytes()
     }
 
-    fn begin_staging(&mut self, _origin: [i64; 4], _lens: ArenaLens) -> std::result::Result<(), BackendError> {
-        Err(no_worlds())
+    fn begin_staging(&mut self, origin: [i64; 4], lens: ArenaLens) -> std::result::Result<(), BackendError> {
+        self.worlds.begin_staging(origin, lens)
     }
 
-    fn apply_world(
-        &mut self,
-        _set: SetSlot,
-        _batch: &MutationBatch,
-    ) -> std::result::Result<WorldApplied, BackendError> {
-        Err(no_worlds())
+    /// Ends the ticket of a frame of the active set that is under way.
+    fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> std::result::Result<WorldApplied, BackendError> {
+        self.worlds.apply(&mut self.queue, &mut self.staging, set, batch)
     }
 
+    /// Ends the ticket of a frame of a world that is under way.
     fn swap_sets(&mut self) -> std::result::Result<(), BackendError> {
-        Err(BackendError::NoStagingSet)
+        self.worlds.swap(&mut self.queue)
     }
 
-    fn drop_staging(&mut self) {}
+    fn drop_staging(&mut self) {
+        self.worlds.drop_staging();
+    }
 
-    fn world_bytes(&self, _set: SetSlot) -> WorldBytes {
-        WorldBytes::default()
+    fn world_bytes(&self, set: SetSlot) -> WorldBytes {
+        self.worlds.bytes(set)
     }
 }
 

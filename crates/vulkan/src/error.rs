@@ -41,6 +41,18 @@ pub enum VulkanError {
         /// What the allocator says.
         why: String,
     },
+    /// An arena that would be larger than a buffer may be.
+    #[error(
+        "{what} are full: {bytes} bytes are more than the {most} that they may take; render less, or use --backend cpu"
+    )]
+    ArenaFull {
+        /// Which arena.
+        what: &'static str,
+        /// How large it would be.
+        bytes: u64,
+        /// How large it may be.
+        most: u64,
+    },
     /// A batch or an environment is more than the device can hold.
     #[error("{0}")]
     Limit(String),
@@ -50,10 +62,15 @@ impl VulkanError {
     /// The kind of failure that it is to whoever uses a backend, in some words.
     pub(crate) fn as_backend_error(&self, text: String) -> BackendError {
         match self {
-            Self::OutOfMemory { .. } | Self::Allocation { .. } => BackendError::OutOfMemory(text),
+            _ if self.is_out_of_memory() => BackendError::OutOfMemory(text),
             Self::Lost(_) => BackendError::Lost(text),
             _ => BackendError::Device(text),
         }
+    }
+
+    /// Whether there is no room for something.
+    pub(crate) fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::OutOfMemory { .. } | Self::Allocation { .. } | Self::ArenaFull { .. })
     }
 }
 

@@ -25,5 +25,8 @@ pub(crate) const RASTER_DRAW: &[u8] = include_bytes!("../shaders/spirv/raster/dr
 /// Its filtered environment.
 pub(crate) const RASTER_ENVIRONMENT: &[u8] = include_bytes!("../shaders/spirv/raster/environment.spv");
 
+/// The pass that writes into the arenas of a world.
+pub(crate) const WORLD_SCATTER: &[u8] = include_bytes!("../shaders/spirv/world/scatter.spv");
+
 /// What reads its targets.
 pub(crate) const RASTER_RESOLVE: &[u8] = include_bytes!("../shaders/spirv/raster/resolve.spv");

@@ -119,11 +119,12 @@ impl Drop for Instance {
     }
 }
 
-/// A device with one queue, which takes all work in the order in which it is handed in.
+/// A device with a queue that takes all work of frames in the order in which it is handed in, and one for copies in the
+/// background, which may be the same.
 pub struct Device {
     pub(crate) raw: ash::Device,
-    pub(crate) queue: vk::Queue,
-    pub(crate) queue_family: u32,
+    pub(crate) queue: QueueHandle,
+    pub(crate) background: QueueHandle,
     pub(crate) accel: khr::acceleration_structure::Device,
     pub(crate) tracing: khr::ray_tracing_pipeline::Device,
     pub(crate) info: DeviceInfo,
@@ -137,6 +138,15 @@ pub struct Device {
     /// Submissions after which it is as if lost; negative: none.
     left: AtomicI64,
     instance: Instance,
+}
+
+/// A queue that was asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct QueueHandle {
+    pub raw: vk::Queue,
+    pub family: u32,
+    /// Bits of a timestamp that count; 0 where there are none.
+    pub timestamp_bits: u32,
 }
 
 impl Device {
@@ -158,9 +168,16 @@ impl Device {
             };
             return Err(VulkanError::NoDevice(format!("{} has no {what}, or use --backend cpu", info.name)));
         }
-        let priorities = [1.0];
-        let queues =
-            [vk::DeviceQueueCreateInfo::default().queue_family_index(info.queue_family).queue_priorities(&priorities)];
+        // What is done in the background may wait.
+        let priorities = [1.0, 0.0];
+        let of_family = |family, count| {
+            vk::DeviceQueueCreateInfo::default().queue_family_index(family).queue_priorities(&priorities[..count])
+        };
+        let second = info.background.filter(|queue| queue.family == info.queue_family);
+        let mut queues = vec![of_family(info.queue_family, 1 + usize::from(second.is_some()))];
+        if let Some(other) = info.background.filter(|_| second.is_none()) {
+            queues.push(of_family(other.family, 1));
+        }
         let names: Vec<*const c_char> = probe::extensions(info.features, tracer).map(CStr::as_ptr).collect();
         let mut enabled = probe::Enabled::default();
         let mut features = enabled.chain(info.features, tracer);
@@ -171,8 +188,18 @@ impl Device {
         // SAFETY: the physical device is of this instance, and all that `create` points to lives until the call returns.
         let raw =
             unsafe { instance.raw.create_device(physical, &create, None) }.during("cannot open the Vulkan device")?;
-        // SAFETY: the queue was asked for above.
-        let queue = unsafe { raw.get_device_queue(info.queue_family, 0) };
+        let queue = QueueHandle {
+            // SAFETY: the queue was asked for above.
+            raw: unsafe { raw.get_device_queue(info.queue_family, 0) },
+            family: info.queue_family,
+            timestamp_bits: info.limits.timestamp_bits,
+        };
+        let background = info.background.map_or(queue, |choice| QueueHandle {
+            // SAFETY: as above.
+            raw: unsafe { raw.get_device_queue(choice.family, choice.index) },
+            family: choice.family,
+            timestamp_bits: choice.timestamp_bits,
+        });
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: raw.clone(),
@@ -198,7 +225,7 @@ impl Device {
             accel: khr::acceleration_structure::Device::new(&instance.raw, &raw),
             tracing: khr::ray_tracing_pipeline::Device::new(&instance.raw, &raw),
             queue,
-            queue_family: info.queue_family,
+            background,
             info,
             tracer,
             pipelines,
@@ -215,6 +242,11 @@ impl Device {
     /// What it is and can do.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
+    }
+
+    /// Whether copies in the background have a queue of their own.
+    pub fn has_background_queue(&self) -> bool {
+        self.background.raw != self.queue.raw
     }
 
     /// How it traces rays.

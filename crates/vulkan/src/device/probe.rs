@@ -58,7 +58,40 @@ pub struct DeviceInfo {
     /// Why it cannot be used, each with what is missing; empty for one that can.
     pub unfit: Vec<String>,
     pub(crate) queue_family: u32,
+    /// A queue beside the first one, for copies in the background.
+    pub(crate) background: Option<QueueChoice>,
     pub(crate) limits: Limits,
+}
+
+/// A queue of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct QueueChoice {
+    pub family: u32,
+    /// Its number in the family.
+    pub index: u32,
+    /// Bits of a timestamp that count; 0 where there are none.
+    pub timestamp_bits: u32,
+}
+
+/// A queue for copies beside queue 0 of the family `main`: one of a copy engine, which takes nothing from whoever computes; else
+/// of a family that computes and draws nothing; else a second one of the same family.
+fn background_queue(families: &[vk::QueueFamilyProperties], main: usize) -> Option<QueueChoice> {
+    use vk::QueueFlags as Flags;
+    let does = |family: &vk::QueueFamilyProperties| family.queue_flags & !(Flags::SPARSE_BINDING | Flags::PROTECTED);
+    let others = || families.iter().enumerate().filter(|(i, family)| *i != main && family.queue_count > 0);
+    let copies = others().find(|(_, family)| does(family) == Flags::TRANSFER);
+    let computes = || {
+        others().find(|(_, family)| {
+            family.queue_flags.contains(Flags::COMPUTE) && !family.queue_flags.contains(Flags::GRAPHICS)
+        })
+    };
+    let choice = |(i, family): (usize, &vk::QueueFamilyProperties), index| QueueChoice {
+        family: i as u32,
+        index,
+        timestamp_bits: family.timestamp_valid_bits,
+    };
+    let second = families.get(main).filter(|family| family.queue_count > 1).map(|family| choice((main, family), 1));
+    copies.or_else(computes).map(|found| choice(found, 0)).or(second)
 }
 
 /// Sizes and alignments that the device asks for.
@@ -71,6 +104,8 @@ pub(crate) struct Limits {
     /// Nanoseconds of a tick, and bits of a timestamp that count; 0 where there are none.
     pub timestamp_period: f32,
     pub timestamp_bits: u32,
+    /// Bytes of a buffer, at most.
+    pub max_buffer: u64,
     pub max_images: u32,
     pub max_image_size: u32,
     pub max_dispatch: u32,
@@ -282,7 +317,12 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
     let mut tracing = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
     let mut accel = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
     let mut reorder = vk::PhysicalDeviceRayTracingInvocationReorderPropertiesNV::default();
+    let mut sizes = vk::PhysicalDeviceMaintenance4Properties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut indexing);
+    // SAFETY: the device is of this instance.
+    if unsafe { instance.get_physical_device_properties(device) }.api_version >= super::API_VERSION {
+        properties = properties.push_next(&mut sizes);
+    }
     if has(REORDER) {
         properties = properties.push_next(&mut reorder);
     }
@@ -373,6 +413,7 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             draw_indirect_count: found.v12.draw_indirect_count == vk::TRUE,
         },
         unfit,
+        background: family.and_then(|family| background_queue(&families, family)),
         queue_family: family.unwrap_or(0) as u32,
         limits: Limits {
             handle_size: tracing.shader_group_handle_size,
@@ -381,6 +422,8 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
             scratch_alignment: u64::from(accel.min_acceleration_structure_scratch_offset_alignment).max(1),
             timestamp_period: base.limits.timestamp_period,
             timestamp_bits: family.map_or(0, |family| families[family].timestamp_valid_bits),
+            // 0 says that the driver knows no limit of its own.
+            max_buffer: if sizes.max_buffer_size == 0 { u64::MAX } else { sizes.max_buffer_size },
             max_images: indexing.max_per_stage_descriptor_update_after_bind_sampled_images,
             max_image_size: base.limits.max_image_dimension2_d,
             max_dispatch: base.limits.max_compute_work_group_count[0],
@@ -394,7 +437,28 @@ fn probe(instance: &ash::Instance, device: vk::PhysicalDevice) -> DeviceInfo {
 
 #[cfg(test)]
 mod tests {
-    use super::named;
+    use super::*;
+    use vk::QueueFlags as Flags;
+
+    fn families(of: &[(Flags, u32)]) -> Vec<vk::QueueFamilyProperties> {
+        let family = |&(flags, count): &(Flags, u32)| {
+            vk::QueueFamilyProperties::default().queue_flags(flags).queue_count(count).timestamp_valid_bits(count)
+        };
+        of.iter().map(family).collect()
+    }
+
+    #[test]
+    fn copies_in_the_background_go_to_the_queue_that_takes_the_least_from_frames() {
+        let all = Flags::GRAPHICS | Flags::COMPUTE | Flags::TRANSFER;
+        let computes = Flags::COMPUTE | Flags::TRANSFER;
+        let copies = Flags::TRANSFER | Flags::SPARSE_BINDING;
+        let decodes = Flags::TRANSFER | Flags::VIDEO_DECODE_KHR;
+        let chosen = |of: &[(Flags, u32)]| background_queue(&families(of), 0).map(|queue| (queue.family, queue.index));
+        assert_eq!(chosen(&[(all, 16), (decodes, 1), (computes, 8), (copies, 2)]), Some((3, 0)));
+        assert_eq!(chosen(&[(all, 16), (decodes, 1), (computes, 8)]), Some((2, 0)));
+        assert_eq!(chosen(&[(all, 2), (decodes, 1)]), Some((0, 1)));
+        assert_eq!(chosen(&[(all, 1)]), None);
+    }
 
     #[test]
     fn an_exact_name_wins_and_no_text_names_nothing() {

@@ -14,6 +14,13 @@ use std::sync::Arc;
 pub(crate) enum Place {
     /// On the device.
     Device,
+    /// On the device, written by the background queue and then used by the other.
+    ///
+    /// Such a buffer belongs to both queue families at once (`VK_SHARING_MODE_CONCURRENT`), where these differ: handing it from
+    /// one to the other would take a release on the one queue and an acquire on the other for every arena, recorded in the
+    /// first frame after a swap, and saves nothing: drivers lay a buffer out the same either way (it is images that they
+    /// compress for one family). What orders the queues is a semaphore, see `Queue::wait_on_device`.
+    Shared,
     /// In host memory, mapped, to be written by the host.
     Upload,
     /// In host memory, mapped, to be read by the host.
@@ -40,7 +47,11 @@ impl Buffer {
     ) -> Result<Self> {
         let size = size.max(4);
         let usage = usage | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
-        let info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
+        let families = [device.queue.family, device.background.family];
+        let mut info = vk::BufferCreateInfo::default().size(size).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
+        if place == Place::Shared && families[0] != families[1] {
+            info = info.sharing_mode(vk::SharingMode::CONCURRENT).queue_family_indices(&families);
+        }
         // SAFETY: the device lives; `info` is complete.
         let raw = unsafe { device.raw.create_buffer(&info, None) }.during(what)?;
         // From here on dropping it cleans up.
@@ -48,7 +59,7 @@ impl Buffer {
         // SAFETY: the buffer is of this device.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
         let location = match place {
-            Place::Device => MemoryLocation::GpuOnly,
+            Place::Device | Place::Shared => MemoryLocation::GpuOnly,
             Place::Upload => MemoryLocation::CpuToGpu,
             Place::Readback => MemoryLocation::GpuToCpu,
         };

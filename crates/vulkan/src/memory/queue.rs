@@ -3,7 +3,7 @@
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
 use super::timing::{Clock, Stage, Timings};
-use crate::device::Device;
+use crate::device::{Device, QueueHandle};
 use crate::error::{During, Result, VulkanError};
 use ash::vk;
 use std::any::Any;
@@ -14,9 +14,10 @@ use std::time::Duration;
 /// Command buffers that may be under way at once; one more waits for the first.
 const IN_FLIGHT: usize = 16;
 
-/// The device's queue.
+/// A queue of the device, or a share in it: two of these may hand work in to the same one, each in its own order.
 pub(crate) struct Queue {
     device: Arc<Device>,
+    handle: QueueHandle,
     pool: vk::CommandPool,
     timeline: vk::Semaphore,
     /// Command buffers by the submission that they were handed in with, oldest first.
@@ -30,6 +31,8 @@ pub(crate) struct Queue {
     last: u64,
     /// What to drop once a submission is done.
     retired: VecDeque<(u64, Box<dyn Any + Send>)>,
+    /// What the next submission is to wait for on the device.
+    awaited: Option<(vk::Semaphore, u64)>,
     /// How often the host has waited for the device, whatever for.
     pub waits: u64,
 }
@@ -42,9 +45,19 @@ pub(crate) struct Commands {
 }
 
 impl Queue {
+    /// That of frames.
     pub fn new(device: &Arc<Device>) -> Result<Self> {
+        Self::of(device, device.queue)
+    }
+
+    /// That of copies in the background. A device with one queue has them there too, in an order of their own.
+    pub fn background(device: &Arc<Device>) -> Result<Self> {
+        Self::of(device, device.background)
+    }
+
+    fn of(device: &Arc<Device>, handle: QueueHandle) -> Result<Self> {
         let info = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(device.queue_family)
+            .queue_family_index(handle.family)
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER | vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY: the device lives, and has this queue family.
         let pool = unsafe { device.raw.create_command_pool(&info, None) }.during("cannot make a command pool")?;
@@ -59,13 +72,27 @@ impl Queue {
         let (flying, idle, retired) = (VecDeque::new(), Vec::new(), VecDeque::new());
         let (is_timed, clocks, timings) = (false, Vec::new(), Timings::default());
         let device = device.clone();
-        Ok(Self { device, pool, timeline, flying, idle, is_timed, clocks, timings, last: 0, retired, waits: 0 })
+        let (last, awaited, waits) = (0, None, 0);
+        Ok(Self {
+            device,
+            handle,
+            pool,
+            timeline,
+            flying,
+            idle,
+            is_timed,
+            clocks,
+            timings,
+            last,
+            retired,
+            awaited,
+            waits,
+        })
     }
 
     /// Has what is recorded from now on measured, or not. Whether the device can.
     pub fn set_timed(&mut self, is_timed: bool) -> bool {
-        let limits = self.device.info.limits;
-        let can = limits.timestamp_bits > 0 && limits.timestamp_period > 0.0;
+        let can = self.handle.timestamp_bits > 0 && self.device.info.limits.timestamp_period > 0.0;
         self.is_timed = is_timed && can;
         can
     }
@@ -111,8 +138,11 @@ impl Queue {
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the command buffer is not in flight: it is new, or its submission is done.
         unsafe { self.device.raw.begin_command_buffer(raw, &info) }.during("cannot record commands")?;
-        let clock =
-            if self.is_timed { Some(self.clocks.pop().map_or_else(|| Clock::new(&self.device), Ok)?) } else { None };
+        let clock = match self.clocks.pop() {
+            _ if !self.is_timed => None,
+            Some(clock) => Some(clock),
+            None => Some(Clock::new(&self.device, self.handle.timestamp_bits)?),
+        };
         Ok(Commands { device: self.device.clone(), raw, clock })
     }
 
@@ -129,10 +159,21 @@ impl Queue {
             .semaphore(self.timeline)
             .value(number)
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
-        let info = [vk::SubmitInfo2::default().command_buffer_infos(&buffers).signal_semaphore_infos(&signals)];
-        // SAFETY: `&mut self` is the only way to the queue; what the commands use is kept until the submission is done.
-        let submitted = unsafe { self.device.raw.queue_submit2(self.device.queue, &info, vk::Fence::null()) };
+        let waits = self.awaited.map(|(semaphore, value)| {
+            vk::SemaphoreSubmitInfo::default()
+                .semaphore(semaphore)
+                .value(value)
+                .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        });
+        let info = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(waits.as_slice())
+            .command_buffer_infos(&buffers)
+            .signal_semaphore_infos(&signals)];
+        // SAFETY: the queues of a device are in the hands of one backend, and are reached through `&mut` of it alone, also where
+        // two of these share one; what the commands use is kept until the submission is done.
+        let submitted = unsafe { self.device.raw.queue_submit2(self.handle.raw, &info, vk::Fence::null()) };
         self.note_loss(submitted.during("the device refused the work"))?;
+        self.awaited = None;
         self.last = number;
         self.flying.push_back((number, commands.raw, commands.clock));
         Ok(number)
@@ -148,6 +189,16 @@ impl Queue {
         if let Some(mut clock) = commands.clock {
             clock.reset();
             self.clocks.push(clock);
+        }
+    }
+
+    /// Has the next submission wait, on the device, for one of the background queue, and see what it wrote. The host does not
+    /// wait. (The semaphore lives until both queues are at rest: whoever ends first waits for the whole device.)
+    pub fn wait_on_device(&mut self, background: &Self, number: u64) {
+        if number > 0 {
+            // Of one timeline the later value holds for both.
+            let before = self.awaited.map_or(0, |(_, value)| value);
+            self.awaited = Some((background.timeline, number.max(before)));
         }
     }
 
@@ -188,7 +239,12 @@ impl Queue {
 
     /// Drops something when all that has been handed in, and what is being recorded now, is done.
     pub fn retire(&mut self, what: impl Any + Send) {
-        self.retired.push_back((self.next(), Box::new(what)));
+        self.retire_after(self.next(), what);
+    }
+
+    /// Drops something when a submission is done.
+    pub fn retire_after(&mut self, number: u64, what: impl Any + Send) {
+        self.retired.push_back((number, Box::new(what)));
     }
 
     /// Takes back what finished work does not need any more. Never waits.

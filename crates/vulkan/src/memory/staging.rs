@@ -82,6 +82,7 @@ impl Staging {
 pub(crate) struct Uploads<'q> {
     pub queue: &'q mut Queue,
     staging: &'q mut Staging,
+    order: Order,
     commands: Option<Commands>,
     /// Bytes of the batch that went through the ring.
     pub bytes: u64,
@@ -89,13 +90,25 @@ pub(crate) struct Uploads<'q> {
     pub extra: u64,
 }
 
+/// What uploads wait for on the device, and what waits for them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// They come after everything that was handed in before them, and before everything after: they write what frames read.
+    Frames,
+    /// They come after one another. No frame reads what they write before a semaphore says that it is there.
+    Background,
+}
+
 impl<'q> Uploads<'q> {
     /// Begins; what follows waits on the device for the frames before it.
     pub fn begin(queue: &'q mut Queue, staging: &'q mut Staging) -> Result<Self> {
-        let mut commands = queue.begin()?;
-        commands.begin_writes();
-        commands.stage(Stage::Upload);
-        Ok(Self { queue, staging, commands: Some(commands), bytes: 0, extra: 0 })
+        Self::begin_stage(queue, staging, Stage::Upload, Order::Frames)
+    }
+
+    /// Begins a stage that is measured by itself.
+    pub fn begin_stage(queue: &'q mut Queue, staging: &'q mut Staging, stage: Stage, order: Order) -> Result<Self> {
+        let commands = begin(queue, order, Some(stage))?;
+        Ok(Self { queue, staging, order, commands: Some(commands), bytes: 0, extra: 0 })
     }
 
     /// The commands under way.
@@ -149,6 +162,20 @@ impl<'q> Uploads<'q> {
         Ok(self.staging.buffer.address + place)
     }
 
+    /// Has bytes written to the ring in one piece: where they are, as a place in [`Uploads::ring`] and as a device address.
+    pub fn put(&mut self, size: u64, write: impl FnOnce(&mut [u8])) -> Result<(u64, u64)> {
+        let (place, _) = self.room(size, size)?;
+        write(&mut self.staging.buffer.mapped_mut()[place as usize..(place + size) as usize]);
+        self.bytes += size;
+        self.staging.bytes += size;
+        Ok((place, self.staging.buffer.address + place))
+    }
+
+    /// The buffer of the ring.
+    pub fn ring(&self) -> vk::Buffer {
+        self.staging.buffer.raw
+    }
+
     fn room(&mut self, wanted: u64, least: u64) -> Result<(u64, u64)> {
         let least = least.min(wanted);
         if least > self.staging.buffer.size {
@@ -174,15 +201,15 @@ impl<'q> Uploads<'q> {
     pub fn flush(&mut self) -> Result<u64> {
         let stage = self.commands().current_stage();
         let number = self.submit()?;
-        self.commands = Some(self.queue.begin()?);
-        self.commands().full_barrier();
-        self.commands().stage(stage);
+        self.commands = Some(begin(self.queue, self.order, stage)?);
         Ok(number)
     }
 
     fn submit(&mut self) -> Result<u64> {
         let Some(mut commands) = self.commands.take() else { return Ok(self.queue.last()) };
-        commands.full_barrier();
+        if self.order == Order::Frames {
+            commands.full_barrier();
+        }
         let number = self.queue.submit(commands)?;
         self.staging.mark(number);
         Ok(number)
@@ -246,6 +273,16 @@ impl<'q> Uploads<'q> {
         self.staging.bytes += bytes;
         Ok(())
     }
+}
+
+fn begin(queue: &mut Queue, order: Order, stage: Option<Stage>) -> Result<Commands> {
+    let mut commands = queue.begin()?;
+    match order {
+        Order::Frames => commands.begin_writes(),
+        Order::Background => commands.transfer_barrier(),
+    }
+    commands.stage(stage);
+    Ok(commands)
 }
 
 impl Drop for Uploads<'_> {

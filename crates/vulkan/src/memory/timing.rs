@@ -1,8 +1,8 @@
 //! How long the device takes for what: timestamps at the bounds of stages.
 //!
 //! Every command buffer that is measured has a pool of queries of its own. Their results are looked at when its submission
-//! is known to be done, so that nobody waits for them. Stages do not overlap: all work goes to one queue, and a timestamp is
-//! written when all commands before it are done.
+//! is known to be done, so that nobody waits for them. Stages of a queue do not overlap: a
+//! timestamp is written when all commands before it are done.
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
@@ -33,11 +33,15 @@ pub enum Stage {
     Trace,
     /// Copies to the host.
     Readback,
+    /// The pass that writes into the arenas of the active world.
+    WorldScatter,
+    /// Copies into those of the staging set, on the background queue.
+    WorldStaging,
 }
 
 impl Stage {
     /// All of them, with their names.
-    pub const ALL: [(Self, &'static str); 9] = [
+    pub const ALL: [(Self, &'static str); 11] = [
         (Self::Upload, "upload"),
         (Self::Instances, "instances"),
         (Self::BlasBuild, "blas_build"),
@@ -47,6 +51,8 @@ impl Stage {
         (Self::TlasUpdate, "tlas_update"),
         (Self::Trace, "trace"),
         (Self::Readback, "readback"),
+        (Self::WorldScatter, "world_scatter"),
+        (Self::WorldStaging, "world_staging"),
     ];
 }
 
@@ -74,6 +80,14 @@ impl Timings {
         Stage::ALL.into_iter().map(|(stage, name)| (name, self.of(stage)))
     }
 
+    /// Adds what others have measured, on another queue.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (time, more) in self.0.iter_mut().zip(other.0) {
+            time.seconds += more.seconds;
+            time.count += more.count;
+        }
+    }
+
     /// Takes over what the timestamps of one command buffer say, of which each begins a stage or ends the one before.
     /// A tick is `period` nanoseconds; of a timestamp `mask` are the bits that count.
     fn add(&mut self, marks: &[Option<Stage>], ticks: &[u64], period: f64, mask: u64) {
@@ -93,16 +107,18 @@ const MARKS: usize = 128;
 pub(super) struct Clock {
     device: Arc<Device>,
     pool: vk::QueryPool,
+    /// Bits of a timestamp that count.
+    bits: u32,
     /// What begins with each; nothing, where it only ends what was before.
     marks: Vec<Option<Stage>>,
 }
 
 impl Clock {
-    pub fn new(device: &Arc<Device>) -> Result<Self> {
+    pub fn new(device: &Arc<Device>, bits: u32) -> Result<Self> {
         let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(MARKS as u32);
         // SAFETY: the device lives.
         let pool = unsafe { device.raw.create_query_pool(&info, None) }.during("cannot make timestamps")?;
-        let clock = Self { device: device.clone(), pool, marks: Vec::new() };
+        let clock = Self { device: device.clone(), pool, bits, marks: Vec::new() };
         // SAFETY: nothing uses it yet.
         unsafe { device.raw.reset_query_pool(pool, 0, MARKS as u32) };
         Ok(clock)
@@ -140,7 +156,7 @@ impl Clock {
         unsafe { self.device.raw.get_query_pool_results(self.pool, 0, &mut ticks, flags) }
             .during("cannot read timestamps")?;
         let limits = self.device.info.limits;
-        let mask = u64::MAX >> (64 - limits.timestamp_bits.clamp(1, 64));
+        let mask = u64::MAX >> (64 - self.bits.clamp(1, 64));
         timings.add(&self.marks, &ticks, f64::from(limits.timestamp_period), mask);
         self.reset();
         Ok(())
