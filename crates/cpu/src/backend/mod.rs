@@ -9,7 +9,7 @@ use job::{Job, Resident};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_environment, check_frame, check_view_with_scene};
 use orthant_resident::extent::scene_radius;
-use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, Shade, WorldApplied, WorldArenas, WorldBytes};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -123,9 +123,6 @@ impl Backend for CpuBackend {
             && !self.scene.render_nodes.is_empty()
         {
             check_view_with_scene(view)?;
-        }
-        if frame.world.as_ref().is_some_and(|view| view.shade == Shade::Path) {
-            return Err(BackendError::InvalidFrame("worlds are seen in the preview only, so far".into()));
         }
         let pool = self.pool(frame.threads)?;
         self.end_job();

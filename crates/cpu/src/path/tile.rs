@@ -44,7 +44,7 @@ pub fn render_tile(tracer: &PathTracer, tile: Tile, samples: Range<u32>, centers
                     Some(world) => sample_layers(tracer, world, [x, y, index], film, lens, &mut sums.counts),
                     None => {
                         let (ray, cone) = tracer.view.camera_ray(film, lens);
-                        trace_path(tracer, &sampler, ray, cone, &mut sums.counts)
+                        trace_path(tracer, None, &sampler, ray, cone, &mut sums.counts)
                     }
                 };
                 radiance += sample.radiance;

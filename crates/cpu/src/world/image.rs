@@ -5,31 +5,42 @@ use super::layers::{LayerView, WorldTracer};
 use super::preview::PreviewLight;
 use super::trace::{RayEnd, trace_ray};
 use crate::path::PathTracer;
-use crate::path::integrator::{PathCounts, PathSample};
+use crate::path::integrator::{PathCounts, PathSample, trace_path};
 use crate::trace::Ray;
 use glam::{Vec2, Vec3};
+use orthant_resident::sampling::{Sampler, hash_combine};
 use orthant_resident::world::view::EXHAUSTED_COLOR;
 
-/// Traces one sample: a ray for each layer, combined. Albedo and normal are the mean over the layers.
+/// The seed of a layer: that of the frame for the first, so that a slice is like any other image.
+#[inline]
+fn layer_seed(seed: u32, index: u32) -> u32 {
+    if index == 0 { seed } else { hash_combine(seed, index) }
+}
+
+/// Traces one sample of pixel (x, y): a ray for each layer, combined. All go through the same point of the film and the lens. Albedo and normal are the mean over the layers.
 pub fn sample_layers(
     tracer: &PathTracer,
     world: &WorldTracer,
-    pixel: [u32; 3],
+    [x, y, sample_index]: [u32; 3],
     film: Vec2,
     lens: Vec2,
     counts: &mut PathCounts,
 ) -> PathSample {
     let mut sum = LayerSum::new(world.view.combine);
     let (mut albedo, mut normal) = (Vec3::ZERO, Vec3::ZERO);
-    for layer in &world.layers {
-        let (ray, _) = layer.camera.camera_ray(film, lens);
-        let Some(light) = &world.preview else { continue };
-        let sample = trace_preview(world, layer, light, &ray, counts);
+    for (index, layer) in world.layers.iter().enumerate() {
+        let (ray, cone) = layer.camera.camera_ray(film, lens);
+        let sample = match &world.preview {
+            Some(light) => trace_preview(world, layer, light, &ray, counts),
+            None => {
+                let sampler = Sampler::new(layer_seed(tracer.frame.seed, index as u32), x, y, sample_index);
+                trace_path(tracer, Some(layer), &sampler, ray, cone, counts)
+            }
+        };
         sum.add(sample.radiance, sample.weight);
         albedo += sample.albedo;
         normal += sample.normal;
     }
-    let _ = (tracer, pixel);
     let layers = world.layers.len() as f32;
     PathSample { radiance: sum.color(), albedo: albedo / layers, normal: normal / layers, weight: None }
 }

@@ -3,12 +3,13 @@
 use super::preview::PreviewLight;
 use super::ray::{WorldRay, WorldScene};
 use super::surface::{BlockSurface, layer_normal, layer_runs};
-use super::trace::WorldHit;
+use super::trace::{RayEnd, WorldHit, trace_ray};
 use crate::path::camera::View;
 use crate::trace::Ray;
 use glam::Vec3;
 use orthant_resident::Frame;
-use orthant_resident::world::{Layer, WorldArenas, WorldView};
+use orthant_resident::math::gamma;
+use orthant_resident::world::{Layer, WorldArenas, WorldCounts, WorldView};
 
 /// What a frame shows of a world, with what all of its rays share.
 #[derive(Clone, Debug)]
@@ -65,6 +66,28 @@ impl<'a> WorldTracer<'a> {
         let origin = layer.layer.to_world((ray.origin - self.anchor).to_array());
         let direction = layer.layer.to_world(ray.direction.to_array());
         WorldRay::new(&self.scene, origin, direction, ray.t_min, ray.t_max.min(self.view.distance))
+    }
+
+    /// What of light passes along a ray of a layer, of any length: nothing where an opaque block is in the way, or where the budget of
+    /// steps did not suffice (which is counted).
+    #[inline]
+    pub fn visibility(&self, layer: &LayerView, ray: &Ray, counts: &mut WorldCounts) -> Vec3 {
+        let length = ray.direction.length();
+        let unit = Ray { direction: ray.direction / length, t_max: ray.t_max * length, ..*ray };
+        let transit = trace_ray(&self.scene, &self.ray(layer, &unit), counts);
+        match transit.end {
+            RayEnd::Sky => transit.transmittance,
+            RayEnd::Hit(_) | RayEnd::Exhausted => Vec3::ZERO,
+        }
+    }
+
+    /// Bounds the error, per axis, of the point at `t` of a ray of unit direction against the plane that it was found on: roundings of
+    /// the origin's and the direction's way into the world, of the plane's offset, of `t` and of the point itself, each 2^-24 of the
+    /// distances that are summed here.
+    #[inline]
+    pub fn position_error(&self, ray: &Ray, t: f32) -> Vec3 {
+        let within = (ray.origin - self.anchor).abs().max_element() + t;
+        Vec3::splat(within * gamma(12) + self.anchor.abs().max_element() * gamma(2))
     }
 
     /// The surface at a hit, and its unit normal in the layer.

@@ -3,6 +3,7 @@
 use super::pattern::{FacePoint, pattern_factor};
 use super::ray::{WorldRay, WorldScene};
 use super::trace::{WorldHit, block_row};
+use crate::path::bsdf::BsdfParameters;
 use glam::Vec3;
 use orthant_resident::math::safe_normalize;
 use orthant_resident::world::Layer;
@@ -64,6 +65,19 @@ impl BlockSurface {
             weight: row.weight,
             roughness: row.roughness,
             metallic: row.metallic,
+        }
+    }
+}
+
+impl BlockSurface {
+    /// Parameters of the BSDF: glTF's, with its index of refraction where none is given.
+    #[inline]
+    pub fn bsdf_parameters(&self) -> BsdfParameters {
+        BsdfParameters {
+            base_color: self.albedo.clamp(Vec3::ZERO, Vec3::ONE),
+            metallic: self.metallic.clamp(0.0, 1.0),
+            roughness: self.roughness.clamp(0.0, 1.0),
+            ior: 1.5,
         }
     }
 }
