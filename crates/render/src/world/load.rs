@@ -1,6 +1,7 @@
 //! Filling an empty set of a backend with a derived world.
 
 use super::DerivedWorld;
+use orthant_resident::world::payload::ALIGN;
 use orthant_resident::world::{ArenaLens, MutationBatch, PayloadWrite, Root, SetSlot, WorldApplied};
 use orthant_resident::{Backend, BackendError};
 use std::ops::Range;
@@ -12,7 +13,7 @@ impl DerivedWorld {
     /// Batches that bring an empty set to what the mirror is, over everything that is live. Up to the last one the set has neither
     /// root nor revision: nothing leads to what is not there yet. All lengths come with the first.
     ///
-    /// A batch has at most `max_bytes` of rows and words, though at least one row.
+    /// A batch has at most `max_bytes` of rows and words, though at least one row. Payload is cut at multiples of [`ALIGN`] words.
     pub fn load_batches(&self, max_bytes: u64) -> LoadBatches<'_> {
         LoadBatches { derived: self, max_bytes, at: Some(Cursor::default()), live_payload: self.payloads.live() }
     }
@@ -76,7 +77,8 @@ impl Iterator for LoadBatches<'_> {
         });
         while let Some(span) = self.live_payload.get(at.span) {
             let first = span.start.max(at.word);
-            let count = u64::from(span.end - first).min(left / 4) as u32;
+            let room = left / 4 / u64::from(ALIGN) * u64::from(ALIGN);
+            let count = u64::from(span.end - first).min(room) as u32;
             if count == 0 {
                 done = false;
                 break;
