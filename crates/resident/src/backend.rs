@@ -151,6 +151,12 @@ pub trait Backend {
     /// was, or is ended.
     fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> Result<WorldApplied, BackendError>;
 
+    /// Whether all that was applied to the staging set has arrived: frames after a swap then wait for nothing. Never waits. A backend
+    /// in memory is always ready.
+    fn is_staging_ready(&self) -> Result<bool, BackendError> {
+        Ok(true)
+    }
+
     /// Puts the staging set in the place of the active one, between two frames, by exchanging handles: nothing is copied and
     /// nothing is waited for. The old set is dropped when no frame uses it.
     fn swap_sets(&mut self) -> Result<(), BackendError>;

@@ -399,6 +399,10 @@ impl Backend for VulkanBackend {
         self.worlds.apply(&mut self.queue, &mut self.staging, set, batch)
     }
 
+    fn is_staging_ready(&self) -> std::result::Result<bool, BackendError> {
+        Ok(self.is_staging_filled()?)
+    }
+
     /// Ends the ticket of a frame of a world that is under way.
     fn swap_sets(&mut self) -> std::result::Result<(), BackendError> {
         self.worlds.swap(&mut self.queue)

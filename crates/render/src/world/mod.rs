@@ -11,6 +11,7 @@
 //! * `payload`, `palette`: dense chunks, materials and texels;
 //! * `load`: filling an empty set of a backend;
 //! * `stats`, `validate`: counts, and every invariant;
+//! * [`live`]: a world that is edited while it is shown: queue, budgets, compaction in the background;
 //! * [`view`], [`light`]: cameras in worlds, and the preview's light.
 //!
 //! # Leaves
@@ -23,6 +24,7 @@ mod carve;
 mod closure;
 mod leaves;
 pub mod light;
+pub mod live;
 mod load;
 mod palette;
 mod payload;
