@@ -40,6 +40,7 @@ fn dispatch(cli: &Cli) -> Result<(), Failure> {
         Command::Devices(args) => commands::devices::run(args),
         Command::Merge(args) => commands::merge::run(args, &cli.common),
         Command::Info(args) => commands::info::run(args, &cli.common),
+        Command::World(args) => commands::world::run(args, &cli.common),
         Command::Render(args) => commands::render::run(args, &cli.common),
     }
 }

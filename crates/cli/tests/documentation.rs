@@ -25,9 +25,11 @@ fn options_in(text: &str) -> BTreeSet<String> {
     options
 }
 
+/// Long options of a command and of the commands below it.
 fn options_of(command: &clap::Command, global: bool) -> BTreeSet<String> {
     let long = command.get_arguments().filter(|a| a.is_global_set() == global).filter_map(|a| a.get_long());
-    long.map(str::to_owned).collect()
+    let below = command.get_subcommands().filter(|c| c.get_name() != "help").flat_map(|c| options_of(c, global));
+    long.map(str::to_owned).chain(below).collect()
 }
 
 #[test]

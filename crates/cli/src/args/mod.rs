@@ -1,11 +1,15 @@
 //! The command line: commands, options, their values, and help with examples.
 
+mod fly;
 mod render;
 pub mod values;
+mod world;
 
+pub use fly::{FlyArgs, ScenarioArg};
 pub use render::{
     AovArg, BackendArg, EnvArg, EstimatorArg, FilterArg, RenderArgs, RendererArg, TonemapArg, TracerArg, ViewArg,
 };
+pub use world::{ApplyArgs, ModeArg, NewArgs, ShadeArg, WorldArgs, WorldCommand, WorldInfoArgs, WorldViewArgs};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -55,20 +59,22 @@ impl Common {
 /// The commands.
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// Count what a scene file holds
+    /// Count what a scene or a world holds
     Info(InfoArgs),
-    /// Render a scene to an image
+    /// Render a scene or a world to an image
     Render(Box<RenderArgs>),
     /// Put shares of a rendering together
     Merge(MergeArgs),
     /// Edit a scene by a script of operations
     Edit(EditArgs),
-    /// Write a scene file in another format
+    /// Write a scene or a world in another format
     Convert(ConvertArgs),
     /// Measure how far two images are apart
     Compare(CompareArgs),
     /// Write a scene that the program makes itself
     Generate(GenerateArgs),
+    /// Make, change, count and fly through voxel worlds
+    World(WorldArgs),
     /// Measure the program beside its peers
     Bench(BenchArgs),
     /// List what can render
@@ -81,9 +87,10 @@ pub enum Command {
 Examples:
   orthant info helmet.glb
   orthant info helmet.glb --json
-  orthant info helmet.glb --json --mesh-descs")]
+  orthant info helmet.glb --json --mesh-descs
+  orthant info world.orw --json")]
 pub struct InfoArgs {
-    /// The scene: .gltf, .glb or .obj
+    /// The scene: .gltf, .glb, .obj or .crts; or the world: .orw, .vox, .schem, .schematic or .litematic
     pub file: PathBuf,
     /// Print one JSON document
     #[arg(long)]
@@ -94,6 +101,9 @@ pub struct InfoArgs {
     /// Let the scene refer to files outside its own folder tree
     #[arg(long)]
     pub allow_external_files: bool,
+    /// Take what is intact of a damaged .orw file
+    #[arg(long)]
+    pub salvage: bool,
 }
 
 /// `orthant merge`
@@ -165,12 +175,13 @@ Examples:
   orthant convert helmet.gltf helmet.glb --images embed
   orthant convert city.glb city.gltf
   orthant convert scene.glb scene.obj
-  orthant convert city.glb city.gltf --images external")]
+  orthant convert city.glb city.gltf --images external
+  orthant convert castle.schem castle.orw")]
 pub struct ConvertArgs {
-    /// The scene: .gltf, .glb, .obj or .crts
+    /// The scene: .gltf, .glb, .obj or .crts; or the world: .orw, .vox, .schem, .schematic or .litematic
     #[arg(value_name = "IN")]
     pub input: PathBuf,
-    /// The new file: .gltf (with a .bin beside it), .glb, .obj (with a .mtl and textures beside it) or .crts
+    /// The new file: .gltf (with a .bin beside it), .glb, .obj (with a .mtl and textures beside it) or .crts; of a world: .orw
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
     /// Where images go: where they are (files are copied beside the new file), into the document, or into files
@@ -179,6 +190,9 @@ pub struct ConvertArgs {
     /// Let the scene refer to files outside its own folder tree
     #[arg(long)]
     pub allow_external_files: bool,
+    /// Take what is intact of a damaged .orw file
+    #[arg(long)]
+    pub salvage: bool,
 }
 
 /// `--images`

@@ -1,6 +1,7 @@
 //! `orthant render`
 
 use super::values::{Angles, SampleRange, Size, Vector, finite, not_negative, positive, tile};
+use super::world::WorldViewArgs;
 use clap::{Args, ValueEnum};
 use orthant_resident::frame::{Aov, Estimator, Tile};
 use orthant_resident::tonemap::ToneMapper;
@@ -17,9 +18,12 @@ Examples:
   orthant render helmet.glb -o helmet.exr --size 1920x1080 --spp 1024 --aov albedo,normal
   orthant render helmet.glb -o normals.png --renderer raster --view normals
   orthant render helmet.glb -o helmet.png --eye 0,1,4 --target 0,0,0 --fov 30 --env studio.hdr
-  orthant render city.glb -o part.share --samples 0..256 --spp 1024")]
+  orthant render city.glb -o part.share --samples 0..256 --spp 1024
+  orthant render hills.orw -o hills.png --spp 16
+  orthant render platforms.orw -o platforms.png --spp 4 --mode integral --pos 0,40,0,0.5 --yaw 30
+  orthant render house.glb --world hills.orw -o both.png --eye 40,60,40 --target 0,30,0")]
 pub struct RenderArgs {
-    /// The scene: .gltf, .glb or .obj
+    /// The scene: .gltf, .glb, .obj or .crts; or the world: .orw, .vox, .schem, .schematic or .litematic
     pub file: PathBuf,
     /// The image (.png tone-mapped, .exr or .hdr linear), or a .share of the work for `orthant merge`
     #[arg(short, long, value_name = "IMAGE")]
@@ -77,10 +81,9 @@ pub struct RenderArgs {
         help_heading = "Camera"
     )]
     pub up: Vector,
-    /// Its vertical field of view in degrees
-    #[arg(long, value_name = "DEG", requires = "eye", default_value_t = 45.0, value_parser = field_of_view,
-        help_heading = "Camera")]
-    pub fov: f32,
+    /// Its vertical field of view in degrees, or that of a world's camera [default: 45]
+    #[arg(long, value_name = "DEG", value_parser = field_of_view, help_heading = "Camera")]
+    pub fov: Option<f32>,
     /// Diameter of the lens in metres; 0 is a pinhole, everything in focus
     #[arg(long, value_name = "METRES", default_value_t = 0.0, value_parser = not_negative, help_heading = "Camera")]
     pub aperture: f32,
@@ -103,9 +106,15 @@ pub struct RenderArgs {
     /// Which animation [default: with --time, the first]
     #[arg(long, value_name = "INDEX|NAME", help_heading = "Scene")]
     pub animation: Option<String>,
-    /// A voxel world in the same frame (not built yet: exit code 4)
-    #[arg(long, value_name = "W.orw", help_heading = "Scene")]
+    /// A world in the same frame: its X, Y and Z are those of the scene
+    #[arg(long, value_name = "W.orw", help_heading = "World")]
     pub world: Option<PathBuf>,
+    /// Where the camera stands in a world, and how it looks
+    #[command(flatten)]
+    pub world_view: WorldViewArgs,
+    /// Take what is intact of a damaged .orw file
+    #[arg(long, help_heading = "World")]
+    pub salvage: bool,
 
     /// What surrounds the scene: an .hdr or .exr file, sky, none, or one radiance all around [default: none for a scene with
     /// light of its own, else sky]

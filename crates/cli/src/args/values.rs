@@ -1,7 +1,9 @@
 //! Values of options, parsed once and typed.
 
+use orthant_render::world::view::position;
 use orthant_resident::film::BLOCK;
 use orthant_resident::frame::Tile;
+use orthant_world::{Aabb4, Point4};
 use std::str::FromStr;
 
 /// A number of bytes: `1000`, `64KiB`, `1.5GiB`.
@@ -72,6 +74,28 @@ impl FromStr for Vector {
     }
 }
 
+/// A point of a world: `1,2.5,-3,0.5`. Coordinates that lie between two of the steps of 1/65,536 that a world has are rounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorldPoint(pub Point4);
+
+impl FromStr for WorldPoint {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = "expected four finite numbers, such as 1,2.5,-3,0.5";
+        let units: [f64; 4] = numbers(text).ok_or(expected)?;
+        let beyond = || "the point lies beyond the space of a world, which reaches to 2^45 units".to_owned();
+        let mut point = position(units).ok_or_else(beyond)?;
+        // What is written out exactly is taken exactly, however far it is.
+        for (coordinate, text) in point.0.iter_mut().zip(text.split(',')) {
+            if let Ok(exact) = text.trim().parse() {
+                *coordinate = exact;
+            }
+        }
+        if Aabb4::SPACE.contains_point(point) { Ok(Self(point)) } else { Err(beyond()) }
+    }
+}
+
 /// Two angles in degrees: `30,45`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Angles(pub [f64; 2]);
@@ -96,6 +120,14 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 /// A message for the command line.
 pub fn finite(text: &str) -> Result<f32, String> {
     text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| "expected a finite number".into())
+}
+
+/// A finite number, as exact as it is written.
+///
+/// # Errors
+/// A message for the command line.
+pub fn finite_f64(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "expected a finite number".into())
 }
 
 /// A finite number that is not negative.
@@ -217,6 +249,18 @@ mod tests {
         assert_eq!("1, -2.5,3e1".parse(), Ok(Vector([1.0, -2.5, 30.0])));
         for bad in ["1,2", "1,2,inf", "1,2,3,4", ""] {
             assert!(bad.parse::<Vector>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn points_of_a_world_are_exact_where_they_can_be_and_rounded_where_not() {
+        let raw = |s: &str| s.parse::<WorldPoint>().map(|p| p.0.raw());
+        assert_eq!(raw("1, -2.5,0.1,0"), Ok([65_536, -163_840, 6554, 0]));
+        assert_eq!(raw("35184372088831.0000152587890625,0,0,0").map(|r| r[0]), Ok((35_184_372_088_831 << 16) + 1));
+        for bad in
+            ["1,2,3", "1,2,3,4,5", "1,2,3,nan", "1,2,3,inf", "1e300,0,0,0", "35184372088832,0,0,0", "a,b,c,d", ""]
+        {
+            assert!(raw(bad).is_err(), "{bad}");
         }
     }
 

@@ -1,8 +1,9 @@
-//! `orthant info`: what a scene file holds.
+//! `orthant info`: what a scene file holds. Worlds are counted by `orthant world info`.
 
 use crate::args::{Common, InfoArgs};
+use crate::commands;
 use crate::failure::Failure;
-use crate::job::{LoadOptions, Loaded, load};
+use crate::job::{LoadOptions, Loaded, WorldFormat, load};
 use crate::output::{print, print_json};
 use orthant_render::geometry::triangle_index_count;
 use orthant_resident::rows::{MeshFlags, NodeFlags};
@@ -16,6 +17,19 @@ use std::collections::HashMap;
 /// # Errors
 /// A bad scene (bad input).
 pub fn run(args: &InfoArgs, common: &Common) -> Result<(), Failure> {
+    if WorldFormat::of(&args.file).is_some() {
+        for (option, is_given) in
+            [("--mesh-descs", args.mesh_descs), ("--allow-external-files", args.allow_external_files)]
+        {
+            if is_given {
+                return Err(Failure::usage(format!("{option} is for scenes: leave it out with a world")));
+            }
+        }
+        return commands::world::info::run(&args.file, args.json, args.salvage, common);
+    }
+    if args.salvage {
+        return Err(Failure::usage("--salvage is for .orw files: leave it out with a scene"));
+    }
     let options = LoadOptions {
         scene: None,
         variant: None,
@@ -28,11 +42,19 @@ pub fn run(args: &InfoArgs, common: &Common) -> Result<(), Failure> {
     if args.mesh_descs {
         info.insert("mesh_descs".into(), mesh_descs(&loaded));
     }
-    if args.json {
-        return print_json(&Value::Object(info));
-    }
-    if !common.quiet {
+    if !args.json && !common.quiet {
         loaded.print_warnings();
+    }
+    print_info(info, args.json)
+}
+
+/// Prints counts: as one JSON document, or a line each, without the warnings, which have been said.
+///
+/// # Errors
+/// Stdout cannot be written.
+pub fn print_info(mut info: Map<String, Value>, as_json: bool) -> Result<(), Failure> {
+    if as_json {
+        return print_json(&Value::Object(info));
     }
     info.shift_remove("warnings");
     let lines: Vec<String> = info.iter().map(|(key, value)| format!("{key:<20} {}\n", plain(value))).collect();

@@ -9,3 +9,4 @@ pub mod generate;
 pub mod info;
 pub mod merge;
 pub mod render;
+pub mod world;

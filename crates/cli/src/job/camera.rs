@@ -9,6 +9,9 @@ use orthant_resident::Camera;
 use orthant_resident::camera::Projection;
 use orthant_scene::model::CameraId;
 
+/// `--fov` of a camera by hand, unless given, in degrees.
+pub const DEFAULT_FOV: f32 = 45.0;
+
 /// The camera that the options ask for: one by hand, one of the file, or, without either, the file's first, or the whole
 /// scene framed. The lens follows from `--aperture` and `--focus-distance`.
 ///
@@ -20,7 +23,7 @@ pub fn select(loaded: &Loaded, args: &RenderArgs) -> Result<View, Failure> {
     let aspect = f64::from(args.size.width) / f64::from(args.size.height);
     let mut view = if let (Some(eye), Some(target)) = (args.eye, args.target) {
         let [eye, target, up] = [eye, target, args.up].map(|v| DVec3::from_array(v.0));
-        View::look_at(eye, target, up, f64::from(args.fov).to_radians())
+        View::look_at(eye, target, up, f64::from(args.fov.unwrap_or(DEFAULT_FOV)).to_radians())
             .ok_or_else(|| Failure::usage("--eye and --target are the same point: move one of them"))?
     } else if let Some(reference) = &args.camera {
         let id = find(loaded, reference)?;

@@ -37,6 +37,20 @@ impl Progress {
         bar.set_position(done_before + status.done);
     }
 
+    /// Shows how many of `total` steps of some work are done, and the time left.
+    pub fn step(&mut self, doing: &'static str, done: u64, total: u64) {
+        if !self.enabled || self.start.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{prefix} {wide_bar} {percent:>3} %  {pos}/{len}  {eta} left");
+            // As above.
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            ProgressBar::new(total).with_prefix(doing).with_style(style).with_elapsed(self.start.elapsed())
+        });
+        bar.set_position(done);
+    }
+
     /// Takes the bar away.
     pub fn finish(&mut self) {
         if let Some(bar) = self.bar.take() {

@@ -169,23 +169,21 @@ impl WorldCamera {
         self.orthonormalize();
     }
 
-    /// Sees the box of a world whole, from w = 0.5. `turns` says where it looks; without, a little down from the right, as a model scene
-    /// is framed. `tan_half_fov` is that of the vertical field of view, `aspect` the image's width over its height.
+    /// Turned as model scenes are framed: a little down and from the right, by (0.45, 0.35, 1).
+    pub const DEFAULT_TURNS: Turns = Turns { yaw: 24.227_745_317_954_17, xw: 0.0, zw: 0.0, pitch: -17.701_654_477_890_11 };
+
+    /// Sees the box of a world whole, from w = 0.5. `tan_half_fov` is that of the vertical field of view, `aspect` the image's width over
+    /// its height.
     ///
     /// The eight corners that the box has in x, y and z lie within the frame, with a margin of 5 %, as far as the camera can go
     /// back without leaving w = 0.5; one that looks along W alone stands in the middle of the box.
-    pub fn framing(bounds: &Aabb4, turns: Option<&Turns>, tan_half_fov: f64, aspect: f64) -> Self {
+    pub fn framing(bounds: &Aabb4, turns: &Turns, tan_half_fov: f64, aspect: f64) -> Self {
         const W: i64 = 1 << 15;
-        let default = Turns {
-            yaw: 0.45_f64.atan2(1.0).to_degrees(),
-            pitch: -0.35_f64.atan2(0.45_f64.hypot(1.0)).to_degrees(),
-            ..Turns::default()
-        };
         let (min, max) = (bounds.min_raw(), bounds.max_raw());
         // Corners lie within 2^61 of the origin: the sum does not overflow.
         let mut middle: [i64; 4] = std::array::from_fn(|a| (min[a] + max[a]) >> 1);
         middle[3] = W;
-        let mut camera = Self::new(Point4::from_raw(middle), turns.unwrap_or(&default));
+        let mut camera = Self::new(Point4::from_raw(middle), turns);
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let mut back = -forward;
         back.w = 0.0;

@@ -231,9 +231,9 @@ fn a_framed_world_is_seen_whole_from_w_one_half() {
     let turned = Turns { yaw: 200.0, pitch: -50.0, ..Turns::default() };
     let rotated = Turns { yaw: 30.0, xw: 25.0, zw: -20.0, pitch: -10.0 };
     for bounds in boxes {
-        for (turns, is_tight) in [(None, true), (Some(turned), true), (Some(rotated), false)] {
+        for (turns, is_tight) in [(WorldCamera::DEFAULT_TURNS, true), (turned, true), (rotated, false)] {
             let (tan, aspect) = (0.3, 1.7);
-            let camera = WorldCamera::framing(&bounds, turns.as_ref(), tan, aspect);
+            let camera = WorldCamera::framing(&bounds, &turns, tan, aspect);
             assert_eq!(camera.position.raw()[3], 1 << 15);
             let (min, max, at) = (bounds.min_raw(), bounds.max_raw(), camera.position.raw());
             let mut largest = 0.0_f64;
@@ -249,10 +249,17 @@ fn a_framed_world_is_seen_whole_from_w_one_half() {
             assert!(largest < 0.953 && (!is_tight || largest > 0.951), "{largest}");
         }
     }
-    let along_w = WorldCamera::framing(&boxes[0], Some(&Turns { zw: 90.0, ..Turns::default() }), 0.3, 1.0);
+    let along_w = WorldCamera::framing(&boxes[0], &Turns { zw: 90.0, ..Turns::default() }, 0.3, 1.0);
     assert_eq!(along_w.position.0.map(Fixed::to_f64), [100.0, 20.0, 70.0, 0.5]);
-    let all = WorldCamera::framing(&Aabb4::SPACE, None, 0.3, 1.0);
+    let all = WorldCamera::framing(&Aabb4::SPACE, &WorldCamera::DEFAULT_TURNS, 0.3, 1.0);
     assert!(Aabb4::SPACE.contains_point(all.position));
+}
+
+#[test]
+fn a_world_is_framed_from_where_a_scene_is() {
+    let camera = at_origin(WorldCamera::DEFAULT_TURNS);
+    let backward = DVec4::new(0.45, 0.35, 1.0, 0.0).normalize();
+    assert!((camera.forward() + backward).length() < 1e-9, "{}", camera.forward());
 }
 
 #[test]
