@@ -30,7 +30,8 @@ pub fn path(image: &Path, aov: Aov) -> PathBuf {
     image.with_file_name(format!("{stem}.{}.exr", names(aov).0))
 }
 
-/// Writes every AOV of a film beside the image. Positions are in the document's world: `origin` is added to them.
+/// Writes every AOV of a film beside the image. Positions are in the document's world, or in that which is shown: `origin` is added to
+/// them.
 ///
 /// # Errors
 /// An I/O error that names the file.

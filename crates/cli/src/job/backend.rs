@@ -1,10 +1,13 @@
 //! Which backend renders.
 
+use super::validate::compare_arenas;
 use crate::args::{BackendArg, TracerArg};
 use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use orthant_cpu::CpuBackend;
 use orthant_render::DerivedScene;
+use orthant_render::world::DerivedWorld;
+use orthant_resident::world::SetSlot;
 use orthant_resident::{Backend, BackendError, Frame, Ticket};
 use orthant_vulkan::VulkanBackend;
 use orthant_vulkan::device::{CacheFolder, DeviceInfo, DeviceOptions, Tracer};
@@ -208,6 +211,26 @@ impl AnyBackend {
             Self::Vulkan(vulkan) => {
                 let resident = vulkan.read_back().map_err(|e| Failure::missing(e.to_string()))?;
                 super::validate::validate_vulkan(derived, &resident).map_err(failed)?;
+                self.quiet().map_err(failed)
+            }
+        }
+    }
+
+    /// Compares the arenas of the world that is shown, read back, with the planner's mirror, and checks the planner itself.
+    ///
+    /// # Errors
+    /// The first difference, or what the validation layers said.
+    pub fn validate_world(&mut self, derived: &DerivedWorld) -> Result<(), Failure> {
+        let failed = |what: String| Failure::new(Exit::CheckFailed, format!("--validate: {what}"));
+        derived.validate().map_err(failed)?;
+        match self {
+            Self::Cpu(cpu) => {
+                let arenas = cpu.world(SetSlot::Active).ok_or_else(|| failed("no world is resident".into()))?;
+                compare_arenas(derived.mirror(), arenas).map_err(failed)
+            }
+            Self::Vulkan(vulkan) => {
+                let arenas = vulkan.read_back_world(SetSlot::Active).map_err(backend_failure)?;
+                compare_arenas(derived.mirror(), &arenas).map_err(failed)?;
                 self.quiet().map_err(failed)
             }
         }

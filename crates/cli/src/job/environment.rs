@@ -12,14 +12,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The environment that the options ask for. Without `--env`, a scene with light of its own ([`lights_itself`]) has
-/// none, and any other the sky.
+/// none; any other, and a frame that shows a world (`loaded` is then no matter), the sky.
 ///
 /// # Errors
 /// A bad image (bad input).
-pub fn select(loaded: &Loaded, args: &RenderArgs, max_memory: u64) -> Result<Environment, Failure> {
+pub fn select(loaded: Option<&Loaded>, args: &RenderArgs, max_memory: u64) -> Result<Environment, Failure> {
     let chosen = match &args.env {
         Some(env) => env.clone(),
-        None if lights_itself(loaded) => EnvArg::None,
+        None if loaded.is_some_and(lights_itself) => EnvArg::None,
         None => EnvArg::Sky,
     };
     let mut environment = match chosen {

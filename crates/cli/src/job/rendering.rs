@@ -4,7 +4,9 @@ use super::backend::{AnyBackend, backend_failure, cannot_rasterize, cpu};
 use super::{Loaded, Progress};
 use crate::failure::Failure;
 use orthant_render::DerivedScene;
+use orthant_render::world::DerivedWorld;
 use orthant_resident::backend::{ApplyReport, RayCounts};
+use orthant_resident::world::WorldCounts;
 use orthant_resident::{BackendError, Environment, Film, Frame};
 use orthant_vulkan::raster::RasterOptions;
 use std::time::{Duration, Instant};
@@ -21,14 +23,24 @@ pub struct Spent {
     pub time: Duration,
     /// Pixel samples.
     pub samples: u64,
+    /// Work in the world.
+    pub world: WorldCounts,
 }
 
-/// A scene, what surrounds it, and the backend that renders it.
+/// What is rendered: a scene, a world, or both.
+pub struct Subject<'a> {
+    /// The scene.
+    pub loaded: Option<&'a mut Loaded>,
+    /// The world.
+    pub world: Option<&'a DerivedWorld>,
+}
+
+/// What is rendered, what surrounds it, and the backend that does it.
 pub struct Rendering<'a> {
     /// The backend.
     pub backend: AnyBackend,
-    /// The scene.
-    pub loaded: &'a mut Loaded,
+    /// What is rendered.
+    pub subject: Subject<'a>,
     /// What surrounds it.
     pub environment: &'a Environment,
     /// Whether the CPU goes on where the device fails: it was not asked for that device.
@@ -47,10 +59,10 @@ pub struct Rendering<'a> {
 
 impl<'a> Rendering<'a> {
     /// Nothing is resident yet.
-    pub fn new(backend: AnyBackend, loaded: &'a mut Loaded, environment: &'a Environment, progress: Progress) -> Self {
+    pub fn new(backend: AnyBackend, subject: Subject<'a>, environment: &'a Environment, progress: Progress) -> Self {
         let (spent, applied, upload) = Default::default();
         let (may_fall_back, raster) = (false, None);
-        Self { backend, loaded, environment, may_fall_back, raster, progress, spent, applied, upload }
+        Self { backend, subject, environment, may_fall_back, raster, progress, spent, applied, upload }
     }
 
     /// Makes the scene resident.
@@ -67,8 +79,27 @@ impl<'a> Rendering<'a> {
     }
 
     fn upload(&mut self) -> Result<(), BackendError> {
-        self.applied = self.backend.apply(self.loaded.derived.load_batch())?;
+        if let Some(loaded) = &mut self.subject.loaded {
+            self.applied = self.backend.apply(loaded.derived.load_batch())?;
+        }
+        if let Some(derived) = self.subject.world {
+            self.applied.bytes += orthant_render::world::load(&mut *self.backend, derived)?.bytes;
+        }
         self.backend.set_environment(self.environment.clone())
+    }
+
+    /// Compares all that is resident with what it was derived as.
+    ///
+    /// # Errors
+    /// The first difference (check failed).
+    pub fn validate(&mut self) -> Result<(), Failure> {
+        if let Some(loaded) = &self.subject.loaded {
+            self.backend.validate(&loaded.derived)?;
+        }
+        if let Some(derived) = self.subject.world {
+            self.backend.validate_world(derived)?;
+        }
+        Ok(())
     }
 
     /// Renders a frame, from the start again where another backend goes on with it. `done` of `total` pixel samples of the whole
@@ -106,6 +137,7 @@ impl<'a> Rendering<'a> {
         rays.shadow += status.rays.shadow;
         self.spent.time += status.elapsed;
         self.spent.samples += status.done;
+        self.spent.world += status.world;
         Ok(film)
     }
 
@@ -119,9 +151,10 @@ impl<'a> Rendering<'a> {
         self.may_fall_back = false;
         eprintln!("warning: {}: {error}; the CPU goes on", self.backend.device());
         self.backend = cpu();
-        let Loaded { scene, derived, options, path, .. } = &mut *self.loaded;
-        *derived = DerivedScene::derive(scene, options)
-            .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;
+        if let Some(Loaded { scene, derived, options, path, .. }) = self.subject.loaded.as_deref_mut() {
+            *derived = DerivedScene::derive(scene, options)
+                .map_err(|e| Failure::bad_input(path, e.what).at(e.place).remedy(e.remedy))?;
+        }
         self.upload().map_err(backend_failure)
     }
 }

@@ -1,33 +1,36 @@
 //! The hash of everything that decides the pixels of a rendering: two shares with the same hash belong together.
 
+use crate::failure::Failure;
 use orthant_resident::{Environment, Frame};
 use orthant_scene::Scene;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Hashes the scene's content (the file and everything that it refers to), the choices made in it, the environment and
+/// Hashes the content (the files, and everything that the scene refers to), the choices made in it, the environment and
 /// the frame, its tile, samples and threads apart.
 ///
 /// # Errors
-/// When the scene file cannot be read.
+/// When a file cannot be read.
 pub fn hash(
-    file: &Path,
-    scene: &Scene,
+    files: &[&Path],
+    scene: Option<&Scene>,
     choices: &str,
     environment: &Environment,
     frame: &Frame,
-) -> std::io::Result<String> {
+) -> Result<String, Failure> {
     let mut hasher = blake3::Hasher::new();
     let mut part = |bytes: &[u8]| {
         // Lengths keep the parts apart.
         hasher.update(&(bytes.len() as u64).to_le_bytes());
         hasher.update(bytes);
     };
-    part(&std::fs::read(file)?);
-    for (_, buffer) in scene.buffers().iter() {
+    for file in files {
+        part(&std::fs::read(file).map_err(|e| Failure::io(file, "read the file", &e))?);
+    }
+    for (_, buffer) in scene.iter().flat_map(|scene| scene.buffers().iter()) {
         part(&buffer.data);
     }
-    for (_, image) in scene.images().iter() {
+    for (_, image) in scene.iter().flat_map(|scene| scene.images().iter()) {
         part(image.data.as_deref().unwrap_or_default());
     }
     match &environment.map {
@@ -39,9 +42,10 @@ pub fn hash(
     let mut text = String::new();
     let size = environment.map.as_ref().map(|m| (m.width, m.height));
     let light = (size, environment.rotation, environment.intensity, environment.sun);
-    let Frame { camera, max_depth, roulette_depth, firefly_clamp, estimator, filter, .. } = frame;
+    let Frame { camera, max_depth, roulette_depth, firefly_clamp, estimator, filter, world, .. } = frame;
     let paths = (max_depth, roulette_depth, firefly_clamp, estimator, filter);
-    write!(text, "{choices} {light:?} {camera:?} {paths:?}").map_err(|_| std::io::ErrorKind::Other)?;
+    // Writing to a string does not fail.
+    let _ok = write!(text, "{choices} {light:?} {camera:?} {paths:?} {world:?}");
     part(text.as_bytes());
     Ok(hasher.finalize().to_hex().to_string())
 }

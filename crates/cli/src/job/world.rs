@@ -1,9 +1,10 @@
 //! From a world file, or a voxel file of another program, to a world.
 
 use crate::failure::{Exit, Failure};
-use orthant_world::World;
 use orthant_world::file::{self, ReadOptions};
 use orthant_world::import::{self, ImportOptions, VoxelFormat};
+use orthant_world::{BlockId, Content, World};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -119,6 +120,19 @@ pub fn write_world(path: &Path, world: &World) -> Result<(), Failure> {
         file::FileFault::Io(io) => Failure::io(path, "write the file", io),
         fault => Failure::bad_input(path, fault.to_string()),
     })
+}
+
+/// Numbers of blocks that the world has and its palette has not, in ascending order.
+pub fn unknown_blocks(world: &World) -> Vec<u16> {
+    let mut numbers = BTreeSet::new();
+    for (_, region) in world.regions() {
+        match &region.content {
+            Content::Uniform(block) => numbers.extend([block.id()]),
+            Content::Chunk { chunk, .. } => numbers.extend(chunk.palette().iter().map(|block| block.id())),
+        }
+    }
+    let is_unknown = |id: &BlockId| *id != BlockId::AIR && world.palette().get(*id).is_none();
+    numbers.into_iter().filter(is_unknown).map(|id| id.0).collect()
 }
 
 /// Refuses an output whose extension is not that of a world file.

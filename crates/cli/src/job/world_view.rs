@@ -120,7 +120,8 @@ fn mode(args: &WorldViewArgs, is_flat: impl FnOnce() -> bool) -> Result<Mode, Fa
         ModeArg::Thick => {
             let layers = args.layers.unwrap_or(9);
             if layers.is_multiple_of(2) {
-                let what = format!("--layers {layers}: a thick slice has as many layers on both sides of the middle one");
+                let what =
+                    format!("--layers {layers}: a thick slice has as many layers on both sides of the middle one");
                 return Err(Failure::usage(what).remedy("give an odd number"));
             }
             let spacing = f64::from(args.thickness.unwrap_or(0.5));
@@ -160,7 +161,8 @@ pub fn beside_scene(
             _ => false,
         };
         if !fits {
-            let what = format!("{name}: a scene and a world in one frame are path traced in a slice, from the scene's camera");
+            let what =
+                format!("{name}: a scene and a world in one frame are path traced in a slice, from the scene's camera");
             return Err(Failure::usage(what).remedy("leave it out, or render the world alone"));
         }
     }
@@ -222,7 +224,9 @@ pub fn build(world: &World, clip: Aabb4, max_memory: u64) -> Result<DerivedWorld
 /// A world that cannot be derived takes too much memory; all else is a fault of the program.
 pub fn world_failure(error: WorldError) -> Failure {
     match error {
-        WorldError::ArenaFull { .. } => Failure::usage(error.to_string()).remedy("give a smaller --distance, or raise --max-memory"),
+        WorldError::ArenaFull { .. } => {
+            Failure::usage(error.to_string()).remedy("give a smaller --distance, or raise --max-memory")
+        }
         WorldError::Leaf { .. } => Failure::new(crate::failure::Exit::Internal, error.to_string()),
     }
 }

@@ -3,6 +3,7 @@
 use crate::{device, frame, open, program, render, scenes};
 use orthant::failure::Exit;
 use orthant::job::backend::{AnyBackend, cpu};
+use orthant::job::rendering::Subject;
 use orthant::job::{Loaded, Progress, Rendering};
 use orthant_render::{DeriveOptions, DerivedScene};
 use orthant_resident::environment::EnvironmentMap;
@@ -30,7 +31,8 @@ fn run(
     may: bool,
 ) -> (Result<Film, orthant::failure::Failure>, &'static str) {
     let environment = Environment::constant([0.5; 3]);
-    let mut rendering = Rendering::new(backend, loaded, &environment, Progress::new(true));
+    let mut rendering =
+        Rendering::new(backend, Subject { loaded: Some(loaded), world: None }, &environment, Progress::new(true));
     rendering.may_fall_back = may;
     let film = rendering.load().and_then(|()| rendering.render(frame, 0, 1));
     let name = rendering.backend.name();

@@ -170,7 +170,8 @@ impl WorldCamera {
     }
 
     /// Turned as model scenes are framed: a little down and from the right, by (0.45, 0.35, 1).
-    pub const DEFAULT_TURNS: Turns = Turns { yaw: 24.227_745_317_954_17, xw: 0.0, zw: 0.0, pitch: -17.701_654_477_890_11 };
+    pub const DEFAULT_TURNS: Turns =
+        Turns { yaw: 24.227_745_317_954_17, xw: 0.0, zw: 0.0, pitch: -17.701_654_477_890_11 };
 
     /// Sees the box of a world whole, from w = 0.5. `tan_half_fov` is that of the vertical field of view, `aspect` the image's width over
     /// its height.

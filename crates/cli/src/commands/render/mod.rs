@@ -1,31 +1,36 @@
-//! `orthant render`: a scene to an image, or to a share of one.
+//! `orthant render`: a scene or a world to an image, or to a share of one.
+
+mod content;
+mod share;
+mod stats;
 
 use crate::args::{AovArg, BackendArg, Common, EnvArg, FilterArg, RenderArgs, RendererArg, ViewArg};
 use crate::failure::{Exit, Failure};
 use crate::image_io::{Display, Format};
-use crate::job::backend::{AnyBackend, Asked, backend_failure, cannot_rasterize, open};
-use crate::job::{LoadOptions, Moment, Progress, Rendering, aov, camera, environment, load, settings};
-use crate::output::{Named, check_not_read, check_outputs, write_atomically, write_bytes};
-use crate::share::{Header, ShareWriter};
-use orthant_resident::Frame;
+use crate::job::backend::{AnyBackend, Asked, cannot_rasterize, open};
+use crate::job::rendering::Subject;
+use crate::job::{Moment, Progress, Rendering, WorldFormat, aov, environment};
+use crate::output::{Named, check_outputs};
+use content::Content;
 use orthant_resident::film::BLOCK;
 use orthant_resident::frame::{PixelFilter, Tile};
 use orthant_resident::tonemap::ToneMapper;
+use orthant_resident::world::WorldView;
+use orthant_resident::{Camera, Frame};
 use orthant_vulkan::raster::RasterOptions;
-use serde_json::json;
+use share::render_share;
+use stats::{Times, write_stats};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::PathBuf;
+use std::time::Instant;
 
 /// Path vertices before Russian roulette may end a path.
 const ROULETTE_DEPTH: u32 = 4;
-/// Blocks of a share that are held at a time, in bytes.
-const SHARE_BUFFER: u64 = 256 << 20;
 
 /// Renders.
 ///
 /// # Errors
-/// Options that contradict each other or the scene (usage), a bad scene or environment (bad input), what is not built
+/// Options that contradict each other or the scene (usage), a bad scene, world or environment (bad input), what is not built
 /// (missing), a difference that `--validate` found (check failed).
 pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
@@ -37,33 +42,24 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
         // Loading keeps to the number too. A pool that exists already (in tests) is as good.
         let _exists = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
     }
-    let options = LoadOptions {
-        scene: args.scene,
-        variant: args.variant.as_deref(),
-        moment: moment(args),
-        allow_external_files: args.allow_external_files,
-        max_memory: common.max_memory(),
-    };
-    let mut loaded = load(&args.file, &options)?;
-    check_not_read(&outputs, &loaded.files, &args.file)?;
-    if !common.quiet {
-        loaded.print_warnings();
-        if loaded.derived.bounds().is_none() {
-            eprintln!("warning: {}: the scene shows nothing", args.file.display());
-        }
-    }
-    let view = camera::select(&loaded, args)?;
+    let mut content = Content::load(args, common, &outputs)?;
     let environment_start = Instant::now();
-    let environment = environment::select(&loaded, args, common.max_memory() / 2)?;
-    let environment_time = environment_start.elapsed();
-    let frame = plan.frame(args, view.to_camera(loaded.derived.origin));
+    let lights = content.loaded.as_ref().filter(|_| content.world.is_none());
+    let environment = environment::select(lights, args, common.max_memory() / 2)?;
+    let mut times = Times { environment: environment_start.elapsed(), ..Times::default() };
+    let shown = content.show(args, &environment, common)?;
+    let frame = plan.frame(args, shown.camera, shown.view);
+    let origin = shown.origin;
+    times.load = content.load_time();
+    times.derive = content.derive_time() + shown.derive_time;
 
     let asked = Asked::new(args.backend, args.device.as_deref());
     let backend = open(&Asked { tracer: args.tracer, watched: args.validate, quiet: common.quiet, ..asked })?;
     if plan.raster.is_some() && matches!(backend, AnyBackend::Cpu(_)) {
         return Err(cannot_rasterize());
     }
-    let mut work = Rendering::new(backend, &mut loaded, &environment, Progress::new(common.quiet));
+    let subject = Subject { loaded: content.loaded.as_mut(), world: shown.derived.as_ref() };
+    let mut work = Rendering::new(backend, subject, &environment, Progress::new(common.quiet));
     work.raster = plan.raster;
     // Whoever asks for a device gets it, or hears of it; a share is of one backend; and nothing else rasterizes.
     let has_asked = args.backend != BackendArg::Auto || args.device.is_some();
@@ -73,7 +69,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     }
     work.load()?;
     if args.validate {
-        work.backend.validate(&work.loaded.derived)?;
+        work.validate()?;
     }
 
     if plan.share {
@@ -87,15 +83,20 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
             Some(_) => Display { tonemap: ToneMapper::None, exposure: 0.0 },
         };
         crate::image_io::write(&args.output, tile.width, tile.height, &film.resolve(), display)?;
-        aov::write(&args.output, &film, work.loaded.derived.origin)?;
+        let origin = work.subject.loaded.as_ref().map_or(origin, |loaded| loaded.derived.origin);
+        aov::write(&args.output, &film, origin)?;
     }
     work.progress.finish();
+    if work.spent.world.exhausted > 0 && !common.quiet {
+        let rays = work.spent.world.exhausted;
+        eprintln!("warning: {rays} rays ran out of steps and are drawn in orange: give a smaller --distance");
+    }
     if args.validate {
         // Rendering, too, may have given the validation layers something to say.
         work.backend.quiet().map_err(|what| Failure::new(Exit::CheckFailed, format!("--validate: {what}")))?;
     }
     if let Some(path) = &args.stats {
-        let times = Times { environment: environment_time, total: start.elapsed() };
+        times.total = start.elapsed();
         write_stats(path, &plan, &mut work, &times)?;
     }
     Ok(())
@@ -115,7 +116,8 @@ fn outputs<'p>(args: &'p RenderArgs, aovs: &'p [PathBuf]) -> Vec<Named<'p>> {
 
 /// None of the outputs is an input.
 fn check_files(args: &RenderArgs, outputs: &[Named<'_>]) -> Result<(), Failure> {
-    let mut inputs = vec![("the scene", args.file.as_path())];
+    let mut inputs = vec![(if is_world(args) { "the world" } else { "the scene" }, args.file.as_path())];
+    inputs.extend(args.world.as_deref().map(|path| ("--world", path)));
     if let Some(EnvArg::File(path)) = &args.env {
         inputs.push(("--env", path));
     }
@@ -135,7 +137,7 @@ struct Plan {
 
 impl Plan {
     fn new(args: &RenderArgs, common: &Common) -> Result<Self, Failure> {
-        refuse_what_is_not_built(args)?;
+        refuse_what_does_not_fit(args)?;
         let share = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("share"));
         if !share {
             Format::of(&args.output).map_err(|_| {
@@ -187,7 +189,7 @@ impl Plan {
         Ok(Self { width, height, tile, samples, share, raster })
     }
 
-    fn frame(&self, args: &RenderArgs, camera: orthant_resident::Camera) -> Frame {
+    fn frame(&self, args: &RenderArgs, camera: Camera, world: Option<WorldView>) -> Frame {
         let mut aovs: Vec<AovArg> = Vec::new();
         for &name in &args.aov {
             if !aovs.contains(&name) {
@@ -213,7 +215,7 @@ impl Plan {
             },
             aovs: aovs.into_iter().map(AovArg::aov).collect(),
             threads: args.threads,
-            world: None,
+            world,
         }
     }
 
@@ -233,113 +235,65 @@ fn moment(args: &RenderArgs) -> Option<Moment<'_>> {
     is_asked.then(|| Moment { seconds: args.time.unwrap_or(0.0), animation: args.animation.as_deref() })
 }
 
-fn refuse_what_is_not_built(args: &RenderArgs) -> Result<(), Failure> {
-    if args.world.is_some() {
-        return Err(Failure::missing("worlds are not built yet: leave --world out"));
+/// Whether FILE is a world.
+fn is_world(args: &RenderArgs) -> bool {
+    WorldFormat::of(&args.file).is_some()
+}
+
+/// Refuses options that are not for what FILE is.
+fn refuse_what_does_not_fit(args: &RenderArgs) -> Result<(), Failure> {
+    let refuse = |option: &str, why: &str, remedy: &str| {
+        Err(Failure::usage(format!("{option} {why}")).in_file(&args.file).remedy(remedy.to_owned()))
+    };
+    if is_world(args) {
+        let of_scenes = [
+            ("--world", args.world.is_some()),
+            ("--camera", args.camera.is_some()),
+            ("--eye", args.eye.is_some()),
+            ("--scene", args.scene.is_some()),
+            ("--variant", args.variant.is_some()),
+            ("--time", args.time.is_some()),
+            ("--animation", args.animation.is_some()),
+            ("--allow-external-files", args.allow_external_files),
+        ];
+        if let Some((option, _)) = of_scenes.into_iter().find(|(_, is_given)| *is_given) {
+            let remedy = "leave it out; the camera of a world is placed by --pos, --yaw, --pitch, --xw and --zw";
+            return refuse(option, "is for scenes, and this is a world", remedy);
+        }
+        let of_models = [AovArg::Node, AovArg::Primitive, AovArg::Material];
+        if args.aov.iter().any(|aov| of_models.contains(aov)) {
+            let remedy = "blocks have block, face and cell; all have albedo, normal, depth and position";
+            return refuse("--aov node,primitive,material", "is for scenes, and this is a world", remedy);
+        }
+    } else {
+        let given = args.world_view.given();
+        if let (None, Some(option)) = (&args.world, given.first()) {
+            return refuse(
+                option,
+                "is for worlds, and this is a scene",
+                "leave it out, or add a world by --world W.orw",
+            );
+        }
+        if args.world.is_none() && args.salvage {
+            return refuse("--salvage", "is for .orw files, and this is a scene", "leave it out");
+        }
+        let of_blocks = [AovArg::Block, AovArg::Face, AovArg::Cell];
+        if args.world.is_none() && args.aov.iter().any(|aov| of_blocks.contains(aov)) {
+            return refuse("--aov block,face,cell", "is for worlds, and this is a scene", "leave it out");
+        }
+        if args.fov.is_some() && args.eye.is_none() {
+            return refuse("--fov", "is of a camera by --eye and --target", "add these, or leave it out");
+        }
+    }
+    if args.renderer == RendererArg::Raster && (is_world(args) || args.world.is_some()) {
+        return refuse(
+            "--renderer raster",
+            "shows scenes alone",
+            "leave it out; --shade preview is the fast mode of worlds",
+        );
     }
     if args.renderer == RendererArg::Raster && args.backend == BackendArg::Cpu {
         return Err(cannot_rasterize());
     }
     Ok(())
-}
-
-/// Renders a share in runs of whole blocks, so that no more than [`SHARE_BUFFER`] bytes of them are held.
-fn render_share(args: &RenderArgs, plan: &Plan, frame: &Frame, work: &mut Rendering<'_>) -> Result<(), Failure> {
-    let Tile { x, y, width, height } = plan.tile;
-    let choices = format!("{:?}", (args.scene, args.variant.as_deref(), moment(args)));
-    let settings = settings::hash(&args.file, &work.loaded.scene, &choices, work.environment, frame)
-        .map_err(|e| Failure::io(&args.file, "read the file", &e))?;
-    // Which processor it is does not matter: the program names its kind. Each device and driver rounds in its own way.
-    let backend = match work.backend.name() {
-        "cpu" => "cpu".to_owned(),
-        name => format!("{name} on {}", work.backend.device()),
-    };
-    let header = Header {
-        program: settings::program(),
-        backend,
-        width: plan.width,
-        height: plan.height,
-        tile: [x, y, width, height],
-        samples: [plan.samples.start, plan.samples.end],
-        spp: args.spp,
-        seed: args.seed,
-        settings,
-        tonemap: ToneMapper::from(args.tonemap).name().into(),
-        exposure: args.exposure,
-    };
-    let blocks_at_once = (SHARE_BUFFER / (12 * plan.pixels())).clamp(1, 1 << 20) as u32;
-    write_atomically(&args.output, |file| {
-        let io = |e: std::io::Error| Failure::io(&args.output, "write the file", &e);
-        let mut writer = ShareWriter::new(file, header).map_err(io)?;
-        let mut at = plan.samples.start;
-        while at < plan.samples.end {
-            let end = at.saturating_add(blocks_at_once * BLOCK).min(plan.samples.end);
-            let part = Frame { samples: at..end, ..frame.clone() };
-            let done = plan.pixels() * u64::from(at - plan.samples.start);
-            for block in &work.render(&part, done, plan.total_samples())?.blocks {
-                writer.block(block).map_err(io)?;
-            }
-            at = end;
-        }
-        writer.finish();
-        Ok(())
-    })
-}
-
-struct Times {
-    environment: Duration,
-    total: Duration,
-}
-
-fn write_stats(path: &Path, plan: &Plan, work: &mut Rendering<'_>, times: &Times) -> Result<(), Failure> {
-    let gpu = work.backend.stage_times().map_err(backend_failure)?;
-    let Rendering { backend, loaded, spent, applied, upload, .. } = work;
-    let bytes = backend.resident_bytes();
-    let seconds = spent.time.as_secs_f64();
-    let structures = applied.blas_time + applied.tlas_time;
-    let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds * 1e-6 } else { 0.0 };
-    let mut stats = json!({
-        "backend": backend.name(),
-        "device": backend.device(),
-        "width": plan.width,
-        "height": plan.height,
-        "samples": spent.samples,
-        "load_s": loaded.load_time.as_secs_f64(),
-        "derive_s": loaded.derive_time.as_secs_f64(),
-        "environment_s": times.environment.as_secs_f64(),
-        "upload_s": upload.saturating_sub(structures).as_secs_f64(),
-        "blas_s": applied.blas_time.as_secs_f64(),
-        "tlas_s": applied.tlas_time.as_secs_f64(),
-        "render_s": seconds,
-        "total_s": times.total.as_secs_f64(),
-        "rays": {
-            "camera": spent.rays.camera,
-            "bounce": spent.rays.bounce,
-            "shadow": spent.rays.shadow,
-            "total": spent.rays.total(),
-        },
-        "mrays_s": rate(spent.rays.total()),
-        "msamples_s": rate(spent.samples),
-        "blas_built": applied.blas_built,
-        "upload_bytes": applied.bytes,
-        "memory": {
-            "geometry": bytes.geometry,
-            "acceleration": bytes.acceleration,
-            "images": bytes.images,
-            "rows": bytes.rows,
-            "total": bytes.geometry + bytes.acceleration + bytes.images + bytes.rows,
-        },
-        "discarded_contributions": backend.discarded_contributions(),
-        "gpu": gpu,
-    });
-    if let Some((report, bytes)) = plan.raster.and_then(|_| backend.raster_report()) {
-        stats["raster"] = json!({
-            "passes": report.passes,
-            "drawn": report.drawn,
-            "pass_s": report.pass_time.map(|time| time.as_secs_f64()),
-            "cull_s": report.cull_time.map(|time| time.as_secs_f64()),
-            "bytes": bytes,
-        });
-    }
-    write_bytes(path, format!("{stats:#}\n").as_bytes())
 }
