@@ -192,15 +192,6 @@ impl VulkanBackend {
         self.worlds.set_limit(bytes);
     }
 
-    /// Whether all that was applied to the staging set has arrived on the device: no frame then waits for it after a swap. False
-    /// without a staging set. Never waits.
-    ///
-    /// # Errors
-    /// If the device is gone.
-    pub fn is_staging_filled(&self) -> Result<bool> {
-        self.worlds.is_staging_filled()
-    }
-
     /// Copies a set of world arenas back from the device. It waits.
     ///
     /// # Errors
@@ -400,7 +391,7 @@ impl Backend for VulkanBackend {
     }
 
     fn is_staging_ready(&self) -> std::result::Result<bool, BackendError> {
-        Ok(self.is_staging_filled()?)
+        Ok(self.worlds.is_staging_ready()?)
     }
 
     /// Ends the ticket of a frame of a world that is under way.

@@ -1,13 +1,13 @@
 //! Which backend renders.
 
-use super::validate::compare_arenas;
 use crate::args::{BackendArg, TracerArg};
 use crate::commands::devices;
 use crate::failure::{Exit, Failure};
 use orthant_cpu::CpuBackend;
 use orthant_render::DerivedScene;
 use orthant_render::world::DerivedWorld;
-use orthant_resident::world::SetSlot;
+use orthant_resident::world::compare::{LiveRows, compare_live};
+use orthant_resident::world::{SetSlot, WorldArenas};
 use orthant_resident::{Backend, BackendError, Frame, Ticket};
 use orthant_vulkan::VulkanBackend;
 use orthant_vulkan::device::{CacheFolder, DeviceInfo, DeviceOptions, Tracer};
@@ -221,19 +221,27 @@ impl AnyBackend {
     /// # Errors
     /// The first difference, or what the validation layers said.
     pub fn validate_world(&mut self, derived: &DerivedWorld) -> Result<(), Failure> {
+        derived.validate().map_err(|what| Failure::new(Exit::CheckFailed, format!("--validate: {what}")))?;
+        self.validate_world_set(SetSlot::Active, derived.mirror()).map(|_| ())
+    }
+
+    /// Compares a set of world arenas as it is resident with the mirror, over everything that rays can reach. It waits for the
+    /// device. How many rows were compared.
+    ///
+    /// # Errors
+    /// The first row and the field that differ, or what the validation layers said.
+    pub fn validate_world_set(&mut self, set: SetSlot, mirror: &WorldArenas) -> Result<LiveRows, Failure> {
         let failed = |what: String| Failure::new(Exit::CheckFailed, format!("--validate: {what}"));
-        derived.validate().map_err(failed)?;
-        match self {
+        let compared = match self {
             Self::Cpu(cpu) => {
-                let arenas = cpu.world(SetSlot::Active).ok_or_else(|| failed("no world is resident".into()))?;
-                compare_arenas(derived.mirror(), arenas).map_err(failed)
+                let resident = cpu.world(set).ok_or(BackendError::NoStagingSet).map_err(backend_failure)?;
+                compare_live(mirror, resident)
             }
-            Self::Vulkan(vulkan) => {
-                let arenas = vulkan.read_back_world(SetSlot::Active).map_err(backend_failure)?;
-                compare_arenas(derived.mirror(), &arenas).map_err(failed)?;
-                self.quiet().map_err(failed)
-            }
-        }
+            Self::Vulkan(vulkan) => compare_live(mirror, &vulkan.read_back_world(set).map_err(backend_failure)?),
+        };
+        let compared = compared.map_err(|mismatch| failed(mismatch.to_string()))?;
+        self.quiet().map_err(failed)?;
+        Ok(compared)
     }
 
     /// Whether the validation layers had nothing to say.

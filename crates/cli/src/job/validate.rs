@@ -3,12 +3,9 @@
 use orthant_cpu::ResidentScene;
 use orthant_render::DerivedScene;
 use orthant_resident::rows::NodeFlags;
-use orthant_resident::world::rows::{NO_PAYLOAD, kind, pattern};
-use orthant_resident::world::{WorldArenas, payload};
+use orthant_resident::world::WorldArenas;
+use orthant_resident::world::compare::compare_live;
 use orthant_vulkan::ResidentRows;
-use std::collections::BTreeSet;
-use std::fmt::Debug;
-use std::ops::Range;
 
 /// Compares every row of the resident scene with the derived one, byte for byte, and looks whether every visible RenderNode has
 /// a BLAS and the TLAS is that of the rows.
@@ -47,59 +44,14 @@ pub fn validate_vulkan(derived: &DerivedScene, resident: &ResidentRows) -> Resul
 /// # Errors
 /// The first row and what differs.
 pub fn compare_arenas(expected: &WorldArenas, resident: &WorldArenas) -> Result<(), String> {
-    let heads = |arenas: &WorldArenas| (arenas.origin, arenas.root, arenas.revision, arenas.lens());
-    if heads(expected) != heads(resident) {
-        let (expected, resident) = (heads(expected), heads(resident));
-        return Err(format!("the world's origin, root, revision and lengths are {resident:?} instead of {expected:?}"));
-    }
-    let differs = |what: String, expected: &dyn Debug, resident: &dyn Debug| {
-        Err(format!("{what} is {resident:?} instead of {expected:?}"))
-    };
-    let mut waiting = vec![expected.root];
-    let mut seen_words = BTreeSet::new();
-    let mut spans: Vec<Range<usize>> = Vec::new();
-    while let Some(at) = waiting.pop() {
-        if let Some(slot) = at.as_node() {
-            let (a, b) = (&expected.nodes[slot as usize], &resident.nodes[slot as usize]);
-            if bytemuck::bytes_of(a) != bytemuck::bytes_of(b) {
-                return differs(format!("world node {slot}"), a, b);
-            }
-            waiting.extend(a.children);
-        } else if let Some(slot) = at.as_leaf() {
-            let (a, b) = (&expected.leaves[slot as usize], &resident.leaves[slot as usize]);
-            if a != b {
-                return differs(format!("world leaf {slot}"), a, b);
-            }
-            if a.kind() == kind::CHUNK_ARRAY && a.payload != NO_PAYLOAD && seen_words.insert(a.payload) {
-                let first = a.payload as usize;
-                let head = expected.payload[first];
-                spans.push(first..first + payload::words((head >> 8) as usize, head & 0xff));
-            }
-        }
-    }
-    for (number, (a, b)) in expected.palette.iter().zip(&resident.palette).enumerate() {
-        if bytemuck::bytes_of(a) != bytemuck::bytes_of(b) {
-            return differs(format!("block material {number}"), a, b);
-        }
-        if a.pattern == pattern::TEXTURE {
-            let size = |axis: u32| (a.texture_size >> (8 * axis) & 0xff) as usize + 1;
-            let first = a.cells as usize;
-            spans.push(first..first + size(0) * size(1) * size(2));
-        }
-    }
-    for span in spans {
-        let (a, b) = (&expected.payload[span.clone()], &resident.payload[span.clone()]);
-        if let Some(at) = (0..a.len()).find(|&i| a[i] != b[i]) {
-            return differs(format!("payload word {} of {span:?}", span.start + at), &a[at], &b[at]);
-        }
-    }
-    Ok(())
+    compare_live(expected, resident).map(|_| ()).map_err(|mismatch| mismatch.to_string())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use orthant_render::world::{BuildOptions, DerivedWorld};
+    use orthant_resident::world::rows::NO_PAYLOAD;
     use orthant_world::{Aabb4, Generator, RegionNode, RegionTree, World, WorldPatch};
 
     #[test]

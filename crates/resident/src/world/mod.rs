@@ -4,6 +4,7 @@
 //! * [`payload`]: how the 4,096 blocks of a dense chunk lie in the payload arena;
 //! * [`batch`]: [`MutationBatch`], the writes and frees that bring resident arenas up to date;
 //! * [`arenas`]: [`WorldArenas`], such arenas in memory: the CPU backend's, and the planner's mirror;
+//! * [`compare`]: whether resident arenas are what the mirror says;
 //! * [`ray`]: where a ray meets a plane, by the one formula that all leaf kinds share;
 //! * [`view`]: what a frame shows of a world, and how.
 //!
@@ -19,6 +20,7 @@
 
 pub mod arenas;
 pub mod batch;
+pub mod compare;
 pub mod payload;
 pub mod ray;
 pub mod rows;

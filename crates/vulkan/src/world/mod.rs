@@ -13,7 +13,7 @@
 //!
 //! The staging set is written by copies on the background queue, where there is a second one; no frame knows of it. A swap
 //! exchanges two values on the host. The first submission of frames after it waits on the device for the last copy, which
-//! is over by then if the caller has asked ([`crate::VulkanBackend::is_staging_filled`]). The old set is freed when the last
+//! is over by then if the caller has asked ([`orthant_resident::Backend::is_staging_ready`]). The old set is freed when the last
 //! submission before the swap is done.
 
 pub mod abi;

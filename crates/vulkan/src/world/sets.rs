@@ -138,10 +138,10 @@ impl Worlds {
         Ok(applied)
     }
 
-    /// Whether all that fills the staging set has arrived: frames after a swap then wait for nothing.
-    pub fn is_staging_filled(&self) -> Result<bool> {
-        let Some(staging) = &self.staging else { return Ok(false) };
-        Ok(self.background.done()? >= staging.filled)
+    /// Whether nothing that fills the staging set is under way: frames after a swap then wait for nothing.
+    pub fn is_staging_ready(&self) -> Result<bool> {
+        let filled = self.staging.as_ref().map_or(0, |staging| staging.filled);
+        Ok(self.background.done()? >= filled)
     }
 
     /// Exchanges handles. The next submission to `queue`, that of frames, waits on the device for what fills the new set, if

@@ -152,7 +152,7 @@ fn a_lost_device_is_an_error_of_everything_after() {
         assert!(matches!(lost, Err(BackendError::Lost(_))), "{set:?}: {lost:?}");
         let again = vulkan.apply_world(set, &batch);
         assert!(matches!(again, Err(BackendError::Lost(_))), "{again:?}");
-        assert!(vulkan.is_staging_filled().is_err());
+        assert!(vulkan.is_staging_ready().is_err());
         assert!(matches!(vulkan.swap_sets(), Err(BackendError::Lost(_))));
         assert!(matches!(vulkan.begin_staging([0; 4], ArenaLens::default()), Err(BackendError::Lost(_))));
         assert!(matches!(vulkan.read_back_world(SetSlot::Active), Err(BackendError::Lost(_))));

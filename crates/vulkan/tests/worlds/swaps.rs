@@ -59,7 +59,6 @@ fn there_is_nothing_to_swap_without_a_staging_set() {
     assert_eq!(vulkan.swap_sets(), Err(BackendError::NoStagingSet));
     let sound = batch(&mut random, &WorldArenas::new([0; 4]), SMALL);
     assert_eq!(vulkan.apply_world(SetSlot::Staging, &sound), Err(BackendError::NoStagingSet));
-    assert_eq!(vulkan.is_staging_filled(), Ok(false));
     assert_eq!(vulkan.read_back_world(SetSlot::Staging).map(|_| ()), Err(BackendError::NoStagingSet));
     assert_resident(&mut vulkan, SetSlot::Active, &active);
     vulkan.begin_staging([3; 4], ArenaLens::default()).expect("there is room");
@@ -67,7 +66,7 @@ fn there_is_nothing_to_swap_without_a_staging_set() {
     assert_eq!(vulkan.swap_sets(), Err(BackendError::NoStagingSet));
     // An empty set may be swapped in: an empty world.
     vulkan.begin_staging([3; 4], ArenaLens::default()).expect("there is room");
-    assert_eq!(vulkan.is_staging_filled(), Ok(true));
+    assert_eq!(vulkan.is_staging_ready(), Ok(true));
     vulkan.swap_sets().expect("there is a set");
     assert_eq!((vulkan.world_table().root, vulkan.world_table().origin), (Root::EMPTY, [3; 4]));
     assert_silent(&vulkan);
@@ -133,7 +132,7 @@ fn filling_in_the_background_is_measured() {
     let mut staging = WorldArenas::new([0; 4]);
     vulkan.begin_staging([0; 4], ArenaLens::default()).expect("there is room");
     step(&mut vulkan, &mut random, SetSlot::Staging, &mut staging, true);
-    while !vulkan.is_staging_filled().expect("the device works") {
+    while !vulkan.is_staging_ready().expect("the device works") {
         std::thread::yield_now();
     }
     let timings = vulkan.take_timings().expect("the device works");
