@@ -125,8 +125,14 @@ pub struct CenterHit {
     pub primitive: f32,
     /// [`orthant_resident::rows::MaterialRow::id`], or -1.
     pub material: f32,
+    /// Number of the block's material, or -1.
+    pub block: f32,
+    /// Face of the block, or -1.
+    pub face: f32,
+    /// Place of the block less the anchor's; 0 where there is none.
+    pub cell: [f32; 4],
     /// Zero.
-    pub reserved: f32,
+    pub reserved: [f32; 3],
 }
 
 impl FrameTable {
@@ -186,8 +192,9 @@ impl CenterHit {
             Aov::Primitive => vec![self.primitive],
             Aov::Material => vec![self.material],
             Aov::Albedo | Aov::Normal => Vec::new(),
-            Aov::Block | Aov::Face => vec![-1.0],
-            Aov::Cell => vec![0.0; 4],
+            Aov::Block => vec![self.block],
+            Aov::Face => vec![self.face],
+            Aov::Cell => self.cell.to_vec(),
         }
     }
 }

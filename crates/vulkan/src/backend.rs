@@ -7,10 +7,10 @@ use crate::raster::{self, Raster, RasterJob, RasterOptions, RasterPasses, Raster
 use crate::scene::{AccelerationBytes, Applied, ResidentRows, ResidentScene};
 use crate::trace::{Job, Passes, PathPool, RayTracer, TlasSet};
 use crate::world::abi::WorldTable;
-use crate::world::{WorldWork, Worlds};
+use crate::world::{WorldPipelines, WorldSource, WorldWork, Worlds};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
-use orthant_resident::check::{check_batch, check_environment, check_frame};
-use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
+use orthant_resident::check::{check_batch, check_environment, check_frame, check_view_with_scene};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, Shade, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -27,6 +27,7 @@ pub struct VulkanBackend {
     tlas: Option<TlasSet>,
     pipeline: RayTracer,
     paths: PathPool,
+    world_pipelines: WorldPipelines,
     /// Made with the first frame that is rasterized.
     raster: Option<Raster>,
     raster_report: RasterReport,
@@ -55,14 +56,14 @@ pub struct Uploaded {
 /// Splits a backend into the job and what it needs; the job's ticket has been looked at before.
 macro_rules! job_and_passes {
     ($backend:ident) => {{
-        let Some(tlas) = &$backend.tlas else { return Err(BackendError::Device(NO_SCENE.to_owned())) };
         let passes = Passes {
             device: &$backend.device,
             queue: &mut $backend.queue,
             pipeline: &$backend.pipeline,
-            tlas,
+            tlas: $backend.tlas.as_ref(),
             images: $backend.scene.images.set,
             paths: &mut $backend.paths,
+            worlds: &mut $backend.world_pipelines,
         };
         (&mut $backend.job, passes)
     }};
@@ -102,6 +103,7 @@ impl VulkanBackend {
             tlas: None,
             pipeline,
             paths: PathPool::default(),
+            world_pipelines: WorldPipelines::new(&device)?,
             raster: None,
             raster_report: RasterReport::default(),
             scene,
@@ -192,6 +194,12 @@ impl VulkanBackend {
         self.worlds.set_limit(bytes);
     }
 
+    /// How many threads share the layers of a pixel (a power of two up to 128, or as many as suit): for measurements. Images differ
+    /// by rounding alone.
+    pub fn set_layer_slots(&mut self, slots: Option<u32>) {
+        self.world_pipelines.layer_slots = slots.map(|slots| slots.clamp(1, 128).next_power_of_two());
+    }
+
     /// Copies a set of world arenas back from the device. It waits.
     ///
     /// # Errors
@@ -261,6 +269,11 @@ impl VulkanBackend {
         self.raster.as_ref().map_or(0, Raster::bytes)
     }
 
+    fn world_source(&self) -> std::result::Result<WorldSource, BackendError> {
+        self.worlds.usable()?;
+        Ok(self.worlds.source())
+    }
+
     fn is_raster(&self, ticket: Ticket) -> bool {
         self.raster_job.as_ref().is_some_and(|job| job.ticket == ticket)
     }
@@ -280,6 +293,13 @@ impl VulkanBackend {
         if let Some(job) = self.raster_job.take() {
             self.raster_report = job.report();
             job.retire(&mut self.queue);
+        }
+    }
+
+    /// A frame that shows a world leads to the arenas as they are.
+    fn end_world_job(&mut self) {
+        if self.job.as_ref().is_some_and(Job::shows_world) {
+            self.end_job();
         }
     }
 
@@ -337,17 +357,25 @@ impl Backend for VulkanBackend {
 
     fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {
         check_frame(&frame)?;
-        if frame.world.is_some() {
-            self.worlds.usable()?;
-            return Err(no_worlds());
-        }
         self.usable()?;
+        if let Some(view) = &frame.world {
+            if self.scene.render_node_count() > 0 {
+                check_view_with_scene(view)?;
+            }
+            if view.shade == Shade::Path {
+                return Err(BackendError::Device("Vulkan shows worlds in the preview only: use --backend cpu".into()));
+            }
+        }
+        if frame.world.is_none() && self.tlas.is_none() {
+            return Err(BackendError::Device(NO_SCENE.to_owned()));
+        }
         self.end_job();
         self.last_ticket += 1;
         let ticket = Ticket(self.last_ticket);
         let (scene, lights) = (self.scene.table(), self.scene.light_table());
+        let world = self.world_source()?;
         let (job, mut passes) = job_and_passes!(self);
-        *job = Some(Job::new(&mut passes, ticket, frame, &scene, &lights)?);
+        *job = Some(Job::new(&mut passes, ticket, frame, &scene, &lights, &world)?);
         Ok(ticket)
     }
 
@@ -387,6 +415,9 @@ impl Backend for VulkanBackend {
 
     /// Ends the ticket of a frame of the active set that is under way.
     fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> std::result::Result<WorldApplied, BackendError> {
+        if set == SetSlot::Active {
+            self.end_world_job();
+        }
         self.worlds.apply(&mut self.queue, &mut self.staging, set, batch)
     }
 
@@ -396,6 +427,7 @@ impl Backend for VulkanBackend {
 
     /// Ends the ticket of a frame of a world that is under way.
     fn swap_sets(&mut self) -> std::result::Result<(), BackendError> {
+        self.end_world_job();
         self.worlds.swap(&mut self.queue)
     }
 
@@ -409,5 +441,5 @@ impl Backend for VulkanBackend {
 }
 
 fn no_worlds() -> BackendError {
-    BackendError::Device("worlds are not built for Vulkan yet: use --backend cpu".into())
+    BackendError::InvalidFrame("the raster preview draws no worlds: hand the frame in to be traced".into())
 }

@@ -28,5 +28,8 @@ pub(crate) const RASTER_ENVIRONMENT: &[u8] = include_bytes!("../shaders/spirv/ra
 /// The pass that writes into the arenas of a world.
 pub(crate) const WORLD_SCATTER: &[u8] = include_bytes!("../shaders/spirv/world/scatter.spv");
 
+/// Worlds shaded without light transport.
+pub(crate) const WORLD_PREVIEW: &[u8] = include_bytes!("../shaders/spirv/world/preview.spv");
+
 /// What reads its targets.
 pub(crate) const RASTER_RESOLVE: &[u8] = include_bytes!("../shaders/spirv/raster/resolve.spv");

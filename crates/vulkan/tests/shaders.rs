@@ -108,6 +108,7 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
         ("raster/draw", &draw),
         ("raster/environment", &environment),
         ("raster/resolve", &[("resolve_hits", Model::GLCompute), ("resolve_samples", Model::GLCompute)]),
+        ("world/preview", &[("preview_block", Model::GLCompute), ("preview_centers", Model::GLCompute)]),
         ("world/scatter", &[("scatter_writes", Model::GLCompute)]),
     ];
     let mut known = BTreeSet::new();

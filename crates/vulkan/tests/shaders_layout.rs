@@ -11,6 +11,7 @@ use orthant_vulkan::abi::{
 };
 use orthant_vulkan::raster::abi::{CullPush, DrawCommand, EnvironmentPush, RasterPush, RasterTable, ResolvePush};
 use orthant_vulkan::world::abi::{ScatterPush, WordSpan, WorldTable};
+use orthant_vulkan::world::view::{LayerRow, WorldFrame, WorldPush};
 use rspirv::dr::{Instruction, Module, Operand, load_bytes};
 use rspirv::spirv::{Decoration, Op, StorageClass};
 use std::collections::{BTreeMap, BTreeSet};
@@ -158,7 +159,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             seed, max_depth, roulette_depth, firefly_clamp, estimator, filter, filter_radius, end_sample, paths,
             path_stride, reserved,
         }),
-        layout!(CenterHit { position, depth, node, primitive, material, reserved }),
+        layout!(CenterHit { position, depth, node, primitive, material, block, face, cell, reserved }),
         layout!(SceneTable {
             positions, vertices, indices, tangents, mesh_descs, materials, textures, images, lights,
             emitter_triangles, emitters, render_nodes, constants, material_count, texture_count, image_count,
@@ -213,6 +214,12 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             world, list, node_rows, leaf_rows, palette_rows, span_count, word_count, reserved,
         }),
         layout!(WordSpan { first, before }),
+        layout!(WorldFrame {
+            world, layers, counters, anchor, offset, layer_count, step_budget, combine, mix, distance, edges, direction, sun,
+            ambient, zenith, horizon, nadir,
+        }),
+        layout!(LayerRow { axes, right, runs, up, up_reserved, forward, forward_reserved }),
+        layout!(WorldPush { trace, world, rows, reserved }),
         layout!(WorldNode { bounds, children, reserved }),
         layout!(LeafRow { min, max, kind, block, payload, coarse }),
         layout!(BlockRow {

@@ -143,11 +143,6 @@ impl ResidentScene {
         let mut uploads = Uploads::begin(queue, staging)?;
         let (u, device) = (&mut uploads, &self.device.clone());
 
-        if self.constants.len == 0 {
-            let constants = RowWrites::whole(vec![Constants::new()]);
-            u.overhead(|u| u.rows(device, &mut self.constants, &constants))?;
-        }
-
         // Rows and streams
         u.rows(device, &mut self.positions, &batch.positions)?;
         u.rows(device, &mut self.vertices, &batch.vertices)?;
@@ -202,7 +197,7 @@ impl ResidentScene {
         Ok(applied)
     }
 
-    /// Takes over what surrounds the scene.
+    /// Takes over what surrounds the scene. A scene begins with this.
     pub fn set_environment(
         &mut self,
         queue: &mut Queue,
@@ -210,6 +205,10 @@ impl ResidentScene {
         environment: &Environment,
     ) -> Result<()> {
         let mut uploads = Uploads::begin(queue, staging)?;
+        if self.constants.len == 0 {
+            let constants = RowWrites::whole(vec![Constants::new()]);
+            uploads.overhead(|u| u.rows(&self.device, &mut self.constants, &constants))?;
+        }
         self.lights.set_environment(&self.device, &mut uploads, environment)?;
         uploads.finish()?;
         Ok(())

@@ -33,12 +33,28 @@ impl<'d> ShaderModule<'d> {
 
     /// The pipeline of one of its compute shaders; the caller destroys it.
     pub fn compute_pipeline(&self, entry: &CStr, layout: vk::PipelineLayout) -> Result<vk::Pipeline> {
+        self.specialized_pipeline(entry, layout, &[])
+    }
+
+    /// The same, with the specialisation constants 0, 1, ...
+    pub fn specialized_pipeline(
+        &self,
+        entry: &CStr,
+        layout: vk::PipelineLayout,
+        constants: &[u32],
+    ) -> Result<vk::Pipeline> {
+        let entries: Vec<_> = (0..constants.len() as u32)
+            .map(|id| vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 })
+            .collect();
+        let specialization =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(constants));
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(self.raw)
-            .name(entry);
+            .name(entry)
+            .specialization_info(&specialization);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-        // SAFETY: module and layout live until the call returns.
+        // SAFETY: module, layout and constants live until the call returns.
         let made = unsafe { self.device.raw.create_compute_pipelines(self.device.pipelines.raw(), &info, None) };
         Ok(made.map_err(|(_, error)| error).during("cannot make a pipeline")?[0])
     }

@@ -14,9 +14,11 @@ use crate::device::Device;
 use crate::error::{Result, VulkanError};
 use crate::film::{FilmBuffers, rgb};
 use crate::memory::{Buffer, Place, Queue, Stage};
+use crate::world::{Pass, WorldPart, WorldPipelines, WorldSource};
 use ash::vk;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
+use orthant_resident::world::WorldCounts;
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -28,12 +30,16 @@ const AHEAD: usize = 3;
 const FIRST_SAMPLES: u64 = 1 << 16;
 /// The same where paths are traced in stages, except by software: few paths take as long as many.
 const FIRST_STAGED: u64 = 1 << 21;
+/// Rays of the first dispatch of the first frame of a world.
+const FIRST_RAYS: u64 = 1 << 20;
 /// Sets of four counters of one dispatch; `COUNTER_SETS` of the shaders.
 const COUNTER_SETS: u64 = 64;
 /// Bytes of them.
 const COUNTERS: u64 = 16 * COUNTER_SETS;
 /// Time that one dispatch should take at most: longer ones make a desktop stutter.
 const LONGEST: Duration = Duration::from_millis(100);
+/// Time that one dispatch of a world should take at least.
+const SHORTEST: Duration = Duration::from_millis(8);
 
 /// Vertices that one submission traces.
 const VERTICES: u64 = 128;
@@ -43,9 +49,11 @@ pub(crate) struct Passes<'p> {
     pub device: &'p Arc<Device>,
     pub queue: &'p mut Queue,
     pub pipeline: &'p RayTracer,
-    pub tlas: &'p TlasSet,
+    /// A frame without a TLAS shows a world.
+    pub tlas: Option<&'p TlasSet>,
     pub images: vk::DescriptorSet,
     pub paths: &'p mut PathPool,
+    pub worlds: &'p mut WorldPipelines,
 }
 
 /// A dispatch that is on its way.
@@ -77,6 +85,8 @@ pub(crate) struct Job {
     pub ticket: Ticket,
     frame: Frame,
     buffers: Option<Buffers>,
+    /// What the frame shows of a world.
+    world: Option<WorldPart>,
     /// First sample of the block that is being handed in, and the rows of it that have been.
     sample: u32,
     row: u32,
@@ -97,8 +107,16 @@ pub(crate) struct Job {
     slots: u32,
     done: u64,
     rays: RayCounts,
+    counts: WorldCounts,
     discarded: u64,
     elapsed: Duration,
+}
+
+/// What the rays of a frame meet.
+#[derive(Clone, Copy)]
+enum Target<'a> {
+    Scene(&'a TlasSet),
+    World(&'a WorldPart),
 }
 
 /// What a frame writes.
@@ -125,12 +143,13 @@ impl Job {
         frame: Frame,
         scene: &SceneTable,
         lights: &LightTable,
+        world: &WorldSource,
     ) -> Result<Self> {
         passes.pipeline.check_width(frame.tile.width)?;
         let buffers = Buffers::new(passes.device, &frame)?;
         let columns = match passes.pipeline.staged() {
-            Some(_) => Some(passes.paths.columns(passes.device, passes.queue, frame.tile)?),
-            None => None,
+            Some(_) if frame.world.is_none() => Some(passes.paths.columns(passes.device, passes.queue, frame.tile)?),
+            _ => None,
         };
         let mut table = buffers.table(&frame);
         if let Some(columns) = columns {
@@ -144,8 +163,20 @@ impl Job {
         for sum in buffers.film.sums().chain([&buffers.block]) {
             commands.fill(sum.raw, 0, sum.size / 4 * 4, 0);
         }
+        let world = frame
+            .world
+            .as_ref()
+            .map(|view| WorldPart::new(passes.device, &mut commands, passes.worlds, &frame, view, world, AHEAD as u64));
+        let world = match world.transpose() {
+            Ok(world) => world,
+            Err(error) => {
+                passes.queue.abandon(commands);
+                return Err(error);
+            }
+        };
         commands.full_barrier();
         passes.queue.submit(commands)?;
+        let layers = world.as_ref().map(|world| f64::from(world.layers()));
         Ok(Self {
             ticket,
             sample: frame.samples.start,
@@ -155,13 +186,15 @@ impl Job {
             dispatches: 0,
             has_centers: false,
             flying: VecDeque::new(),
-            pace: None,
+            pace: layers.and_then(|layers| Some(passes.worlds.pace? * layers)),
+            world,
             took: 0.0,
             last_done: Instant::now(),
             kept: Vec::new(),
             slots: 0,
             done: 0,
             rays: RayCounts::default(),
+            counts: WorldCounts::default(),
             discarded: 0,
             elapsed: Duration::ZERO,
             buffers: Some(buffers),
@@ -179,8 +212,13 @@ impl Job {
             total: self.total(),
             rays: self.rays,
             elapsed: self.elapsed,
-            world: orthant_resident::world::WorldCounts::default(),
+            world: self.counts,
         }
+    }
+
+    /// Whether the frame shows a world: its tables lead to the arenas of the active set.
+    pub fn shows_world(&self) -> bool {
+        self.world.is_some()
     }
 
     fn total(&self) -> u64 {
@@ -198,7 +236,7 @@ impl Job {
         loop {
             self.collect(passes)?;
             while self.flying.len() < AHEAD && self.sample < self.frame.samples.end {
-                self.hand_in(passes, budget.min(LONGEST))?;
+                self.hand_in(passes, budget.clamp(self.shortest(), LONGEST))?;
             }
             let Some(oldest) = self.flying.front().map(|flight| flight.submission) else { break };
             let left = budget.saturating_sub(start.elapsed());
@@ -211,12 +249,20 @@ impl Job {
         Ok(())
     }
 
+    /// Time that a dispatch should take at least. Frames of worlds are shown as they come: one should be a dispatch or two.
+    fn shortest(&self) -> Duration {
+        if self.world.is_some() { SHORTEST } else { Duration::ZERO }
+    }
+
     /// The next rows of the block, as many as take about a time.
     fn next_dispatch(&mut self, device: &Device, time: Duration) -> Dispatch {
         let (tile, end) = (self.frame.tile, self.block_end());
         let a_row = u64::from(tile.width) * u64::from(end - self.sample);
         let is_quick = self.columns.is_some() && !device.info.is_software();
-        let first = if is_quick { FIRST_STAGED } else { FIRST_SAMPLES };
+        let mut first = if is_quick { FIRST_STAGED } else { FIRST_SAMPLES };
+        if let Some(world) = &self.world {
+            first = FIRST_RAYS / u64::from(world.layers());
+        }
         let samples = self.pace.map_or(first as f64, |pace| time.as_secs_f64() / pace);
         let mut rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
         if let Some(columns) = self.columns {
@@ -241,6 +287,11 @@ impl Job {
             None => self.next_dispatch(passes.device, time),
         };
         let Some(buffers) = &self.buffers else { return Ok(()) };
+        let target = match (&self.world, passes.tlas) {
+            (Some(world), _) => Target::World(world),
+            (None, Some(tlas)) => Target::Scene(tlas),
+            (None, None) => return Err(VulkanError::Limit("the scene of the frame is gone".to_owned())),
+        };
         let (tile, end, rows) = (self.frame.tile, self.block_end(), dispatch.rows);
         let slot = self.slots % AHEAD as u32;
         self.slots += 1;
@@ -248,6 +299,9 @@ impl Job {
         let mut commands = passes.queue.begin()?;
         commands.full_barrier();
         commands.fill(buffers.counters.raw, u64::from(slot) * COUNTERS, COUNTERS, 0);
+        if let Some(world) = &self.world {
+            world.clear_counters(&mut commands, slot);
+        }
         if let Some(columns) = self.columns.filter(|_| !std::mem::replace(&mut dispatch.begun, true)) {
             columns.begin(&mut commands, u64::from(tile.width) * u64::from(rows));
         }
@@ -262,20 +316,30 @@ impl Job {
         };
         let size = (tile.width, rows);
         let mut is_handed_in = true;
-        if let Some(pipeline) = passes.pipeline.staged() {
-            let vertices = dispatch.vertices.min(VERTICES);
-            dispatch.vertices -= vertices;
-            is_handed_in = dispatch.vertices == 0;
-            let vertices = (vertices as u32, is_handed_in);
-            pipeline.trace_vertices(&mut commands, passes.tlas, passes.images, &push, size, vertices);
-        } else {
-            passes.pipeline.trace(&mut commands, Generation::Block, passes.tlas, passes.images, &push, size);
+        let (device_rays, images) = (passes.pipeline, passes.images);
+        match target {
+            Target::World(world) => world.record(&mut commands, passes.worlds, Pass::Block, push, size),
+            Target::Scene(tlas) => match device_rays.staged() {
+                Some(pipeline) => {
+                    let vertices = dispatch.vertices.min(VERTICES);
+                    dispatch.vertices -= vertices;
+                    is_handed_in = dispatch.vertices == 0;
+                    let vertices = (vertices as u32, is_handed_in);
+                    pipeline.trace_vertices(&mut commands, tlas, images, &push, size, vertices);
+                }
+                None => device_rays.trace(&mut commands, Generation::Block, tlas, images, &push, size),
+            },
         }
         if !self.has_centers && buffers.film.centers.is_some() {
             // With the first rows; it is one ray a pixel.
             push.first_row = 0;
             let size = (tile.width, tile.height);
-            passes.pipeline.trace(&mut commands, Generation::Centers, passes.tlas, passes.images, &push, size);
+            match target {
+                Target::World(world) => world.record(&mut commands, passes.worlds, Pass::Centers, push, size),
+                Target::Scene(tlas) => {
+                    device_rays.trace(&mut commands, Generation::Centers, tlas, images, &push, size);
+                }
+            }
         }
         self.has_centers = true;
         commands.full_barrier();
@@ -286,6 +350,9 @@ impl Job {
             size: COUNTERS,
         };
         commands.copy(buffers.counters.raw, buffers.read_counters.raw, &[counters]);
+        if let Some(world) = &self.world {
+            world.copy_counters(&mut commands, slot);
+        }
         let is_whole = is_handed_in && self.row + rows == tile.height;
         if is_whole && self.frame.keep_blocks {
             let size = buffers.block.size;
@@ -321,6 +388,9 @@ impl Job {
             self.rays.bounce += of(1);
             self.rays.shadow += of(2);
             self.discarded += of(3);
+            if let Some(world) = &self.world {
+                self.counts += world.counts(flight.slot);
+            }
             self.done += flight.samples;
             if let Some(dispatch) = self.dispatch.as_mut().filter(|dispatch| dispatch.number == flight.dispatch) {
                 dispatch.taken += of(0);
@@ -339,6 +409,9 @@ impl Job {
             // The first dispatch of a device may compile its shaders: what is faster counts at once.
             self.pace =
                 Some(self.pace.map_or(pace, |before| if pace < before { pace } else { 0.7 * before + 0.3 * pace }));
+            if let Some(world) = &self.world {
+                passes.worlds.pace = self.pace.map(|pace| pace / f64::from(world.layers()));
+            }
         }
         passes.queue.collect()
     }
@@ -382,7 +455,7 @@ impl Job {
 
     /// Gives up what is under way: its buffers go when the device is done with them.
     pub fn retire(mut self, queue: &mut Queue) {
-        queue.retire((self.buffers.take(), std::mem::take(&mut self.kept)));
+        queue.retire((self.buffers.take(), self.world.take(), std::mem::take(&mut self.kept)));
     }
 }
 

@@ -1,5 +1,5 @@
 //! What crosses between the host and the shaders of worlds, besides the rows of [`orthant_resident::world`]: every struct
-//! has a twin of the same name and layout in `shaders/world/abi.slang`. A test compares the offsets with the compiled modules
+//! has a twin of the same name and layout in `shaders/world/tables.slang`. A test compares the offsets with the compiled modules
 //! by reflection.
 
 use crate::abi::Address;

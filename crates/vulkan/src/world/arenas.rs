@@ -1,6 +1,7 @@
 //! [`WorldSet`]: the arenas of a world on the device.
 
 use super::abi::WorldTable;
+use super::frame::Contents;
 use super::list::List;
 use super::write::Writer;
 use crate::device::Device;
@@ -24,6 +25,8 @@ pub(super) struct WorldSet {
     pub arenas: [Arena; 4],
     /// Bytes that the arenas may take together.
     pub most: u64,
+    /// What rays have to reckon with.
+    pub contents: Contents,
     /// The last submission of the background queue that writes here.
     pub filled: u64,
     /// A batch failed when a part of it was on its way: the set is in no state.
@@ -64,6 +67,7 @@ impl WorldSet {
             revision: 0,
             arenas: [nodes, leaves, payload, Arena::shared("materials of a world", 80)],
             most,
+            contents: Contents::default(),
             filled: 0,
             broken: None,
         }
@@ -142,6 +146,7 @@ impl WorldSet {
             arena.len = len;
         }
         (self.root, self.revision) = (batch.new_root, batch.new_revision);
+        self.contents.add(batch);
         written.submissions = queue.last() - before;
         Ok((WorldApplied { bytes: written.bytes }, written))
     }

@@ -1,10 +1,11 @@
 //! Worlds on the device.
 //!
-//! * [`abi`]: what shaders see of a set of arenas;
+//! * [`abi`]: what shaders see of a set of arenas; [`view`]: what they see of a frame's view of it;
 //! * [`arenas`]: a set: arenas that grow, and the batches that change it;
 //! * [`list`]: the writes of a batch as they travel; [`write`]: how they reach the arenas;
 //! * [`sets`]: the active set and the staging set;
-//! * [`readback`]: a set as it is on the device.
+//! * [`readback`]: a set as it is on the device;
+//! * [`pipeline`]: the compute pipelines that trace rays; [`frame`]: what a frame that shows a world has besides.
 //!
 //! # Order
 //! A batch for the active set is a list of writes that a compute pass scatters, between two barriers on the queue of frames: after
@@ -18,11 +19,16 @@
 
 pub mod abi;
 mod arenas;
+mod frame;
 mod list;
+mod pipeline;
 mod readback;
 mod sets;
+pub mod view;
 mod write;
 
+pub(crate) use frame::{WorldPart, WorldSource};
+pub(crate) use pipeline::{Pass, WorldPipelines};
 pub(crate) use sets::Worlds;
 
 /// What has been recorded for worlds since a backend was made, frames apart: while only the camera moves, none of it changes.

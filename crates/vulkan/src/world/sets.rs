@@ -3,6 +3,7 @@
 use super::WorldWork;
 use super::abi::{ScatterPush, WorldTable};
 use super::arenas::{WorldSet, Written};
+use super::frame::WorldSource;
 use super::write::Writer;
 use crate::device::Device;
 use crate::error::Result;
@@ -48,6 +49,11 @@ impl Worlds {
     /// The active set, for frames that are handed in from now on.
     pub fn table(&self) -> WorldTable {
         self.active.table()
+    }
+
+    /// That set, and what rays have to reckon with in it.
+    pub fn source(&self) -> WorldSource {
+        WorldSource { table: self.active.table(), contents: self.active.contents }
     }
 
     /// That frames cannot show the active set, if so.
