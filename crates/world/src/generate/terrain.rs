@@ -2,7 +2,7 @@
 //!
 //! Everything is a function of the seed and the place, in integers: the height by two-dimensional value noise, caves where two
 //! three-dimensional noises are near their middle (so that they are tunnels), veins where one is high, trees by a hash of
-//! the cell that they stand in. Chunks are made one by one.
+//! the cell that they stand in. Chunks are made one by one, layers of them along z in parallel.
 
 use super::hash::{Noise3, below, hash, noise2};
 use super::{TooManyRegions, block};
@@ -11,6 +11,7 @@ use crate::chunk::Chunk;
 use crate::palette::{Material, Pattern, Transparency};
 use crate::space::{Aabb4, CHUNK_BLOCKS, ChunkShape, Fixed, Lattice, Scale};
 use crate::world::Region;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -221,22 +222,28 @@ pub fn regions(seed: u64, bounds: &Aabb4, limit: usize) -> Result<Vec<Region>, T
     if bounds.cell_count(lattice.chunk_log2()) > limit as u64 {
         return Err(TooManyRegions { limit });
     }
-    // Cells come by x, then y, then z: the columns of one z are in use at a time.
-    let mut columns: FxHashMap<i64, Column> = FxHashMap::default();
-    let mut row = None;
-    let made: Vec<Region> = bounds
-        .cells(lattice.chunk_log2())
-        .filter_map(|cell| {
-            let [x, y, z, _] = cell.min_raw().map(|c| c / one);
-            if row != Some(z) {
-                columns.clear();
-                row = Some(z);
-            }
-            let column = columns.entry(x).or_insert_with(|| Column::new(seed, [x, z]));
-            Region::chunk(cell.intersection(&bounds)?, lattice, Arc::new(chunk(seed, [x, y, z], column)))
+    // Rows of one z know nothing of each other.
+    let (first, end) = (bounds.min_raw()[2].div_euclid(16 * one), (bounds.max_raw()[2] - 1).div_euclid(16 * one));
+    let rows: Vec<Vec<Region>> = (first..=end)
+        .into_par_iter()
+        .map(|row| {
+            let (mut min, mut max) = (bounds.min_raw(), bounds.max_raw());
+            (min[2], max[2]) = (min[2].max(row * 16 * one), max[2].min((row + 1) * 16 * one));
+            row_regions(seed, &Aabb4::from_raw_unchecked(min, max), lattice)
         })
         .collect();
-    Ok(made)
+    Ok(rows.into_iter().flatten().collect())
+}
+
+/// The regions of a box that lies in one layer of chunks along z.
+fn row_regions(seed: u64, bounds: &Aabb4, lattice: Lattice) -> Vec<Region> {
+    let mut columns: FxHashMap<i64, Column> = FxHashMap::default();
+    let cells = bounds.cells(lattice.chunk_log2()).filter_map(|cell| {
+        let [x, y, z, _] = cell.min_raw().map(|c| c / Fixed::ONE.raw());
+        let column = columns.entry(x).or_insert_with(|| Column::new(seed, [x, z]));
+        Region::chunk(cell.intersection(bounds)?, lattice, Arc::new(chunk(seed, [x, y, z], column)))
+    });
+    cells.collect()
 }
 
 #[cfg(test)]
