@@ -149,7 +149,10 @@ pub(super) fn chunk_run(
         t = next;
         for a in 0..4 {
             while exits[a] <= t {
-                (axis, plane) = (a, lattice.plane(a, lattice.exit(a, cell[a])));
+                // Of the planes that are passed within an empty half, only those at its end are a face.
+                if exits[a] == t {
+                    (axis, plane) = (a, lattice.plane(a, lattice.exit(a, cell[a])));
+                }
                 cell[a] += if lattice.forward(a) { 1 } else { -1 };
                 exits[a] = lattice.plane_t(a, lattice.exit(a, cell[a]));
             }

@@ -51,17 +51,21 @@ impl Grid {
         self.blocks[place.iter().rev().fold(0, |index, &p| index * self.size + p) as usize]
     }
 
-    fn random(random: &mut Random, log2: u32, share: u64) -> Self {
+    fn random(random: &mut Random, log2: u32, share: u64, part: i64) -> Self {
         let size = 16_i64;
-        // Coarse cells, so that runs have lengths.
+        // Cells of several blocks, so that runs have lengths, and of half a chunk, so that there are empty ones.
         let coarse: Vec<u32> = (0..8_usize.pow(4))
             .map(|_| if random.below(100) < share { bits(1 + random.below(7) as u32, 0) } else { 0 })
             .collect();
         let mut blocks = Vec::new();
         for index in 0..size.pow(4) {
             let place: [i64; 4] = std::array::from_fn(|a| index / size.pow(a as u32) % size);
-            let cell = place.iter().rev().fold(0, |at, &p| at * 8 + p / 2);
-            let own = if random.below(20) == 0 { bits(random.below(7) as u32, 0) } else { coarse[cell as usize] };
+            let cell = place.iter().rev().fold(0, |at, &p| at * 8 + p / part);
+            let own = if random.below(20 * (part as u64 - 1).pow(4)) == 0 {
+                bits(random.below(7) as u32, 0)
+            } else {
+                coarse[cell as usize]
+            };
             blocks.push(own);
         }
         let blocks = blocks.into_iter().map(|b| if id(b) == 0 { 0 } else { b }).collect();
@@ -142,8 +146,8 @@ impl Grid {
 fn chunks_and_boxes_are_hit_where_a_walk_over_all_planes_says() {
     let mut random = Random(1);
     let (mut hits, mut skipped, mut inside) = (0, 0, 0);
-    for (log2, share) in [(13, 30), (16, 60), (19, 10)] {
-        let grid = Grid::random(&mut random, log2, share);
+    for (log2, share, part) in [(13, 30, 2), (16, 60, 2), (19, 10, 2), (15, 30, 4)] {
+        let grid = Grid::random(&mut random, log2, share, part);
         let (chunks, boxes) = (grid.as_chunks().arenas([0; 4]), grid.as_boxes().arenas([UNIT * 7; 4]));
         let half = (8 << log2) as f32 / UNIT as f32;
         for _ in 0..4000 {
@@ -176,7 +180,7 @@ fn chunks_and_boxes_are_hit_where_a_walk_over_all_planes_says() {
 #[test]
 fn a_world_a_million_units_away_is_hit_at_the_same_bits() {
     let mut random = Random(2);
-    let grid = Grid::random(&mut random, 13, 30);
+    let grid = Grid::random(&mut random, 13, 30, 2);
     let near = grid.as_chunks().arenas([0; 4]);
     let by = [1_000_000 * UNIT, -999_936 * UNIT, 64 * UNIT, -1_000_000 * UNIT];
     let far = grid.as_chunks().moved(by).arenas([3 * UNIT; 4]);
@@ -252,7 +256,7 @@ fn the_block_that_a_ray_begins_in_is_no_hit_nor_is_what_continues_it() {
 #[test]
 fn a_ray_without_steps_left_is_no_miss() {
     let mut random = Random(4);
-    let arenas = Grid::random(&mut random, 16, 20).as_chunks().arenas([0; 4]);
+    let arenas = Grid::random(&mut random, 16, 20, 2).as_chunks().arenas([0; 4]);
     let mut counts = WorldCounts::default();
     let mut exhausted = 0;
     for _ in 0..500 {
