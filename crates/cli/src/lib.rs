@@ -9,6 +9,7 @@
 //! * [`share`]: parts of a rendering, and how they are put together;
 //! * [`job`]: what a command does with a scene before and after the backend;
 //! * [`live`]: a scene with all that follows its edits, and how that is compared;
+//! * [`fly`]: the frame loop of worlds without a window;
 //! * [`bench`]: figures, measured beside peers;
 //! * [`machine`]: memory and threads.
 
@@ -16,6 +17,7 @@ pub mod args;
 pub mod bench;
 pub mod commands;
 pub mod failure;
+pub mod fly;
 pub mod generate;
 pub mod image_io;
 pub mod job;

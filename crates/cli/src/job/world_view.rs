@@ -211,6 +211,11 @@ pub fn derive(world: &World, view: &WorldView, max_memory: u64) -> Result<Derive
 /// # Errors
 /// As [`derive`].
 pub fn build(world: &World, clip: Aabb4, max_memory: u64) -> Result<DerivedWorld, Failure> {
+    DerivedWorld::build(world, &build_options(clip, max_memory)).map_err(world_failure)
+}
+
+/// How the content of a box is derived within a bound on memory.
+pub fn build_options(clip: Aabb4, max_memory: u64) -> BuildOptions {
     let most = |share: u64, row: usize| (max_memory / share / row as u64).min((1 << 31) - 1) as u32;
     let max = ArenaLens {
         nodes: most(8, size_of::<WorldNode>()),
@@ -218,7 +223,7 @@ pub fn build(world: &World, clip: Aabb4, max_memory: u64) -> Result<DerivedWorld
         payload: most(4, 4),
         palette: (1 << 31) - 1,
     };
-    DerivedWorld::build(world, &BuildOptions { clip, max, ..BuildOptions::default() }).map_err(world_failure)
+    BuildOptions { clip, max, ..BuildOptions::default() }
 }
 
 /// A world that cannot be derived takes too much memory; all else is a fault of the program.

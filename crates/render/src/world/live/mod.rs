@@ -228,6 +228,11 @@ impl LiveWorld {
         self.run.is_some()
     }
 
+    /// Whether edits reach the active set. After a batch that was refused they wait until the rebuilt set takes its place.
+    pub const fn is_following(&self) -> bool {
+        self.broken.is_none()
+    }
+
     /// What the last tick brought up to date.
     pub const fn trace(&self) -> &Trace {
         &self.trace
