@@ -270,6 +270,9 @@ Suites:
   render FILE  whole frames of 960x540 with 16 samples; with --renderer raster, passes over it
   resident     from a derived scene (of FILE, or 100,000 and 1,000,000 instances) to a resident one
   edit         edit, sync and apply, from 1,000 to 1,000,000 nodes
+  bvh          bounding volume hierarchies, beside crate `obvhs`
+  world-edit   edits of a live world of 27 to a million platforms: plan and apply, full build, compaction
+  world-frame  frames of 14,500 platforms that see 80 to 2,560 units far
 
 Examples:
   orthant bench derive
@@ -290,7 +293,7 @@ pub struct BenchArgs {
     /// Threads, at most 1024; 0 takes all
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(..=1024), default_value_t = 0)]
     pub threads: usize,
-    /// What renders or follows, for `render`, `resident` and `edit`
+    /// What renders or follows, for `render`, `resident`, `edit`, `world-edit` and `world-frame`
     #[arg(long, value_enum, default_value_t = BackendArg::Auto)]
     pub backend: BackendArg,
     /// The device, by its number in `orthant devices` or a part of its name, likewise
@@ -302,7 +305,8 @@ pub struct BenchArgs {
     /// What renders, for `render`: raster measures its passes, with and without culling
     #[arg(long, value_enum, default_value_t = RendererArg::Path)]
     pub renderer: RendererArg,
-    /// The one size to measure at, for `edit` (nodes), `resident` (instances) and `bvh` (boxes)
+    /// The one size to measure at, for `edit` (nodes), `resident` (instances), `bvh` (boxes), `world-edit` (platforms) and
+    /// `world-frame` (view distance)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     pub size: Option<u32>,
 }
@@ -324,6 +328,10 @@ pub enum BenchSuite {
     Edit,
     /// Bounding volume hierarchies
     Bvh,
+    /// Edits of worlds
+    WorldEdit,
+    /// Frames of worlds
+    WorldFrame,
 }
 
 /// `orthant devices`

@@ -12,6 +12,9 @@ mod raster;
 mod render;
 mod resident;
 mod trace;
+mod world;
+mod world_edit;
+mod world_frame;
 
 use crate::failure::Failure;
 use crate::job::backend::Asked;
@@ -93,6 +96,10 @@ pub enum Suite<'a> {
     Edit(Asked<'a>),
     /// Bounding volume hierarchies, beside `obvhs`.
     Bvh,
+    /// Edits of a live world, by a backend on a device.
+    WorldEdit(Asked<'a>),
+    /// Frames of a world, likewise.
+    WorldFrame(Asked<'a>),
 }
 
 impl Suite<'_> {
@@ -106,6 +113,8 @@ impl Suite<'_> {
             Self::Resident(..) => "resident",
             Self::Edit(..) => "edit",
             Self::Bvh => "bvh",
+            Self::WorldEdit(_) => "world-edit",
+            Self::WorldFrame(_) => "world-frame",
         }
     }
 }
@@ -137,6 +146,8 @@ pub fn run(suite: Suite, settings: Settings) -> Result<Value, Failure> {
         Suite::Resident(file, asked) => resident::run(file, &asked, settings)?,
         Suite::Edit(asked) => edit::run(&asked, settings)?,
         Suite::Bvh => bvh::run(settings),
+        Suite::WorldEdit(asked) => world_edit::run(&asked, settings)?,
+        Suite::WorldFrame(asked) => world_frame::run(&asked, settings)?,
     };
     Ok(json!({
         "suite": suite.name(),

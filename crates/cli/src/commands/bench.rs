@@ -20,6 +20,8 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
         BenchSuite::Resident => Suite::Resident(args.file.as_deref(), asked),
         BenchSuite::Edit => own(args, Suite::Edit(asked))?,
         BenchSuite::Bvh => own(args, Suite::Bvh)?,
+        BenchSuite::WorldEdit => own(args, Suite::WorldEdit(asked))?,
+        BenchSuite::WorldFrame => own(args, Suite::WorldFrame(asked))?,
         BenchSuite::Trace => Suite::Trace(file()?),
         BenchSuite::Render if args.renderer == RendererArg::Raster => Suite::Raster(file()?, asked),
         BenchSuite::Render => Suite::Render(file()?, asked),
@@ -28,7 +30,7 @@ pub fn run(args: &BenchArgs, common: &Common) -> Result<(), Failure> {
         return Err(Failure::usage("--renderer: only the suite render has one to choose").remedy("leave it out"));
     }
     let takes_size = match args.suite {
-        BenchSuite::Edit | BenchSuite::Bvh => true,
+        BenchSuite::Edit | BenchSuite::Bvh | BenchSuite::WorldEdit | BenchSuite::WorldFrame => true,
         BenchSuite::Resident => args.file.is_none(),
         _ => false,
     };

@@ -3,8 +3,11 @@
 use crate::failure::Failure;
 use crate::job::backend::{AnyBackend, backend_failure};
 use crate::job::world_view::WorldShot;
+use orthant_render::world::light::preview_light;
+use orthant_render::world::view::Look;
 use orthant_resident::backend::TicketStatus;
 use orthant_resident::frame::{Estimator, PixelFilter, Tile};
+use orthant_resident::world::Shade;
 use orthant_resident::{Environment, Film, Frame};
 use std::time::Duration;
 
@@ -13,8 +16,8 @@ use std::time::Duration;
 pub struct Camera {
     /// Position, turns, layers.
     pub shot: WorldShot,
-    /// What surrounds it.
-    pub environment: Environment,
+    /// The light in which hits are shaded.
+    pub shade: Shade,
     /// Pixels.
     pub width: u32,
     /// Pixels.
@@ -35,9 +38,15 @@ const ROULETTE_DEPTH: u32 = 4;
 const SLICE: Duration = Duration::from_millis(100);
 
 impl Camera {
+    /// How hits are shaded in an environment. To be found once, not for every frame: the preview's light is a mean over all directions.
+    pub fn shade(shot: &WorldShot, environment: &Environment) -> Shade {
+        if shot.path { Shade::Path } else { preview_light(environment) }
+    }
+
     /// The frame that is seen now.
     pub fn frame(&self) -> Frame {
-        let view = self.shot.view(&self.environment);
+        let WorldShot { camera, mode, distance, edges, .. } = &self.shot;
+        let view = camera.view(mode, &Look { shade: self.shade, distance: *distance, edges: *edges });
         let (width, height) = (self.width, self.height);
         Frame {
             camera: self.shot.frame_camera(&view),

@@ -68,7 +68,7 @@ fn prepare(args: &FlyArgs, common: &Common, world: World) -> Result<(Flight, Scr
     };
     let half_extent = f64::from(args.half_extent);
     let environment = clear_sky(DEFAULT_SUN);
-    let camera = camera(args, &world, environment)?;
+    let camera = camera(args, &world, &environment)?;
     let clip = match scenario {
         // What is resident is what the stream sends.
         Scenario::Stream => Aabb4::SPACE,
@@ -79,7 +79,7 @@ fn prepare(args: &FlyArgs, common: &Common, world: World) -> Result<(Flight, Scr
         quiet: common.quiet,
         ..Asked::new(args.backend, args.device.as_deref())
     })?;
-    backend.set_environment(camera.environment.clone()).map_err(backend_failure)?;
+    backend.set_environment(environment).map_err(backend_failure)?;
     let (world, source) = Script::worlds(scenario, world);
     let build = build_options(clip, common.max_memory());
     let mut live = LiveWorld::new(world, LiveOptions { build, ..LiveOptions::default() }).map_err(world_failure)?;
@@ -95,7 +95,7 @@ fn prepare(args: &FlyArgs, common: &Common, world: World) -> Result<(Flight, Scr
 
 /// Who looks: as `render` does, but for shading, which is the preview's unless something else is asked for, and for the position, which
 /// is on the ground in the middle of the world.
-fn camera(args: &FlyArgs, world: &World, environment: Environment) -> Result<Camera, Failure> {
+fn camera(args: &FlyArgs, world: &World, environment: &Environment) -> Result<Camera, Failure> {
     let view = WorldViewArgs {
         pos: args.view.pos.or_else(|| Some(WorldPoint(ground(world)))),
         shade: args.view.shade.or(Some(ShadeArg::Preview)),
@@ -103,7 +103,8 @@ fn camera(args: &FlyArgs, world: &World, environment: Environment) -> Result<Cam
     };
     let (width, height) = (args.size.width, args.size.height);
     let shot = WorldShot::select(world, &view, None, f64::from(width) / f64::from(height))?;
-    Ok(Camera { shot, environment, width, height, spp: args.spp, seed: args.seed, threads: args.threads })
+    let shade = Camera::shade(&shot, environment);
+    Ok(Camera { shot, shade, width, height, spp: args.spp, seed: args.seed, threads: args.threads })
 }
 
 /// Two units above the highest block in the middle of the world, at `w = 0.5` or as near to that as anything is.
