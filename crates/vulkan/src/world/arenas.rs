@@ -49,9 +49,11 @@ fn rows(lens: ArenaLens) -> [u32; 4] {
     [lens.nodes, lens.leaves, lens.payload, lens.palette]
 }
 
-/// Rows with room for edits, so that the first of them need not move the arenas.
-fn with_slack(rows: u32) -> u32 {
-    rows.saturating_add(rows / 8).saturating_add(256)
+/// Rows with room for edits, so that the first of them need not move the arenas: an eighth, and at least some hundred edits'.
+fn with_slack(lens: ArenaLens) -> [u32; 4] {
+    const LEAST: [u32; 4] = [1 << 10, 1 << 10, 1 << 16, 1 << 6];
+    let rows = rows(lens);
+    std::array::from_fn(|i| rows[i].saturating_add((rows[i] / 8).max(LEAST[i])))
 }
 
 impl WorldSet {
@@ -113,8 +115,7 @@ impl WorldSet {
 
     /// Takes memory for lengths that are to come, and a little more. An error leaves the set as it is.
     pub fn reserve(&mut self, queue: &mut Queue, ring: &mut Staging, lens: ArenaLens) -> Result<Written> {
-        let lens = rows(lens).map(with_slack);
-        let growth = self.growth(lens)?;
+        let growth = self.growth(with_slack(lens))?;
         let before = queue.last();
         let mut written = Written::default();
         let outcome = self.record(queue, ring, &Writer::Copies, &growth, &[], &mut written);
