@@ -2,6 +2,7 @@
 //! byte, what the planner believes. Without a device the tests say so, unless `ORTHANT_REQUIRE_VULKAN=1`. The validation layers have
 //! nothing to say.
 
+mod frames;
 mod patches;
 
 use orthant::job::backend::AnyBackend;
@@ -55,28 +56,39 @@ impl Follower {
 
     /// One operation, if there is one to do. Compares what is resident with the mirror.
     fn step(&mut self, backend: &mut AnyBackend, world: &World) -> bool {
-        let batch = if !self.materials.is_empty() {
-            let ids = std::mem::take(&mut self.materials);
-            self.derived.plan_palette(world, &ids).expect("there is room")
-        } else if let Some(bounds) = self.dirty.pop() {
-            let limits = OpLimits { chunks: 6, leaves: 40, focus: None };
-            let plan = self.derived.plan(world, &bounds, &limits).expect("there is room");
-            self.dirty.extend(&plan.deferred);
-            plan.batch
-        } else {
-            return false;
-        };
+        let Some(batch) = self.plan(world) else { return false };
         if !batch.is_empty() {
             self.apply(backend, &batch);
+            self.compare(backend);
         }
         true
+    }
+
+    /// All operations, without a look at what is resident.
+    fn follow_blindly(&mut self, backend: &mut AnyBackend, world: &World) {
+        while let Some(batch) = self.plan(world) {
+            if !batch.is_empty() {
+                self.apply(backend, &batch);
+            }
+        }
+    }
+
+    fn plan(&mut self, world: &World) -> Option<MutationBatch> {
+        if !self.materials.is_empty() {
+            let ids = std::mem::take(&mut self.materials);
+            return Some(self.derived.plan_palette(world, &ids).expect("there is room"));
+        }
+        let bounds = self.dirty.pop()?;
+        let limits = OpLimits { chunks: 6, leaves: 40, focus: None };
+        let plan = self.derived.plan(world, &bounds, &limits).expect("there is room");
+        self.dirty.extend(&plan.deferred);
+        Some(plan.batch)
     }
 
     fn apply(&mut self, backend: &mut AnyBackend, batch: &MutationBatch) {
         backend.apply_world(self.set, batch).expect("the batch is sound");
         self.derived.commit(batch).expect("the batch is the next one");
         self.batches += 1;
-        self.compare(backend);
     }
 
     fn compare(&mut self, backend: &mut AnyBackend) {

@@ -105,9 +105,9 @@ fn nothing_is_left_of_a_thousand_sets() {
         assert!(device.used() < most + (16 << 20), "sets pile up: {} bytes after {i}", device.used());
     }
     settle(&mut vulkan);
-    // Sets differ by what random batches let them grow.
+    // The active set may have grown otherwise, to twice its size; a set that is not freed is as much again every time.
     let now = device.used();
-    assert!(now.abs_diff(used) < 400_000, "{used} bytes at first, {now} in the end");
+    assert!(now.abs_diff(used) < 2_000_000, "{used} bytes at first, {now} in the end");
     vulkan.clear().expect("the device works");
     vulkan.set_environment(orthant_resident::Environment::none()).expect("the device works");
     settle(&mut vulkan);
