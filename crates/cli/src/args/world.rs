@@ -55,7 +55,7 @@ pub struct NewArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// Half the edge of the cube, in units
-    #[arg(long, value_name = "U", default_value = "256", value_parser = half_extent)]
+    #[arg(long, value_name = "U", default_value = "256", value_parser = half_extent, allow_hyphen_values = true)]
     pub half_extent: orthant_world::Fixed,
     /// The world: .orw
     #[arg(short, long, value_name = "W.orw")]

@@ -81,13 +81,28 @@ pub fn load_world(path: &Path, salvage: bool, max_memory: u64) -> Result<LoadedW
         let is = if metadata.is_dir() { "is a folder" } else { "is no regular file" };
         return Err(Failure::bad_input(path, is).remedy("name a world file"));
     }
-    // Messages have the file and the place in it already.
-    let fault = |error: &dyn std::fmt::Display| Failure::new(Exit::BadInput, error.to_string());
-    let (world, warnings) = match format {
+    // Messages have the file and the place in it already, and most what to do.
+    let fault = |error: &dyn std::fmt::Display, remedy: Option<&str>| {
+        let failure = Failure::new(Exit::BadInput, error.to_string());
+        if let Some(remedy) = remedy { failure.remedy(remedy) } else { failure }
+    };
+    let of_file = |e: &file::FileError| {
+        let remedy = match e.fault {
+            file::FileFault::NotAWorld => Some("give the file the extension of its format"),
+            file::FileFault::Trailing => Some("cut them off, or write the world again"),
+            _ => None,
+        };
+        fault(e, remedy)
+    };
+    let of_import = |e: &import::ImportError| {
+        let is_damaged = matches!(e.fault, import::ImportFault::Content(_) | import::ImportFault::Truncated(_));
+        fault(e, is_damaged.then_some("give the file the extension of its format, or write it again by its program"))
+    };
+    let (world, mut warnings): (World, Vec<String>) = match format {
         WorldFormat::Orw => {
             let options = ReadOptions { max_memory };
             if salvage {
-                let salvaged = file::salvage(path, &options).map_err(|e| fault(&e))?;
+                let salvaged = file::salvage(path, &options).map_err(|e| of_file(&e))?;
                 let lost = |(offset, fault): &(u64, file::FileFault)| {
                     // What to do about it was done.
                     let what = fault.to_string().replace("; --salvage reads what is intact", "");
@@ -95,18 +110,21 @@ pub fn load_world(path: &Path, salvage: bool, max_memory: u64) -> Result<LoadedW
                 };
                 (salvaged.world, salvaged.damage.iter().map(lost).collect())
             } else {
-                (file::read(path, &options).map_err(|e| fault(&e))?, Vec::new())
+                (file::read(path, &options).map_err(|e| of_file(&e))?, Vec::new())
             }
         }
         WorldFormat::Voxels(_) if salvage => {
             return Err(Failure::usage("--salvage is for .orw files").in_file(path).remedy("leave it out"));
         }
         WorldFormat::Voxels(_) => {
-            let mut imported = import::import(path, &ImportOptions { max_memory }).map_err(|e| fault(&e))?;
+            let mut imported = import::import(path, &ImportOptions { max_memory }).map_err(|e| of_import(&e))?;
             let warnings = std::mem::take(&mut imported.warnings);
             (imported.into_world().map_err(|e| Failure::bad_input(path, e.to_string()))?, warnings)
         }
     };
+    if world.keeps_unknown_bodies() {
+        warnings.push("moving bodies are kept, and not shown".into());
+    }
     let (path, load_time) = (path.to_owned(), start.elapsed());
     Ok(LoadedWorld { path, format, file_bytes: metadata.len(), world, warnings, load_time })
 }

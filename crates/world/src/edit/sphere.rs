@@ -87,14 +87,15 @@ pub fn fill_sphere(
         (min[3], max[3]) = (0, Fixed::ONE.raw());
         bounds = Aabb4::from_raw(min, max)?;
     }
-    let mut patches = Vec::new();
+    // The surface is counted before any of it is made.
+    let mut parts = Vec::new();
     let mut cells = 0;
     let mut waiting = vec![lattice.chunks_about(&bounds)];
     while let Some(part) = waiting.pop() {
         match sphere.side(&part, lattice) {
             Side::Outside => continue,
             _ if block.is_air() && is_empty(world, &part) => continue,
-            Side::Inside => patches.push(fill_box(part, block)),
+            Side::Inside => parts.push((part, Side::Inside)),
             Side::Across => match halves(&part, lattice) {
                 Some(parts) => waiting.extend(parts),
                 None => {
@@ -102,9 +103,16 @@ pub fn fill_sphere(
                     if cells > limits.cells {
                         return Err(EditError::TooLarge { limit: limits.cells });
                     }
-                    fill_cell(world, sphere, block, &part, lattice, &mut patches);
+                    parts.push((part, Side::Across));
                 }
             },
+        }
+    }
+    let mut patches = Vec::with_capacity(parts.len());
+    for (part, side) in parts {
+        match side {
+            Side::Inside => patches.push(fill_box(part, block)),
+            _ => fill_cell(world, sphere, block, &part, lattice, &mut patches),
         }
     }
     Ok(patches)

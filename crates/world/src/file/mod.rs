@@ -9,15 +9,17 @@
 //! ```
 //!
 //! Sections are numbered from 0. The first is the palette (`PALE`: the entries as JSON); then regions (`REGN`: chunks, then regions
-//! that are uniform or refer to those chunks), each section on its own; the last is `DONE`, with the number of regions. A file
-//! ends with it. Every byte is under a hash: no flipped bit goes unnoticed. As sections can be found by their markers and
+//! that are uniform or refer to those chunks), each section on its own; then, in files of version 2, moving bodies (`BODY`: a version and
+//! bytes, which are kept as they are); the last is `DONE`, with the number of regions. A file ends with it. Every byte is under a hash: no flipped bit goes unnoticed. As sections can be found by their markers and
 //! understood alone, what is intact of a damaged file can be had ([`salvage`]).
 
 mod atomic;
+mod bodies;
 mod reader;
 mod regions;
 mod writer;
 
+pub(crate) use bodies::BodySection;
 pub use reader::{Salvaged, read, read_bytes, salvage, salvage_bytes};
 pub use writer::{write, write_to};
 
@@ -25,11 +27,15 @@ use std::io;
 
 const MAGIC: [u8; 8] = *b"\x89ORW\r\n\x1a\n";
 const MARKER: [u8; 8] = *b"\xf0section";
+/// Of a file without bodies, which every program can read.
 const VERSION: u32 = 1;
+/// Of a file with bodies.
+const VERSION_BODIES: u32 = 2;
 const HEADER_BYTES: usize = 32;
 const SECTION_HEADER_BYTES: usize = 64;
 const PALETTE: [u8; 4] = *b"PALE";
 const REGIONS: [u8; 4] = *b"REGN";
+const BODIES: [u8; 4] = *b"BODY";
 const DONE: [u8; 4] = *b"DONE";
 
 /// No section is larger than this when unpacked.
@@ -74,7 +80,7 @@ pub enum FileFault {
     #[error("this is no world file; it does not begin like one")]
     NotAWorld,
     /// It is newer than this program.
-    #[error("version {0} cannot be read, only {VERSION}; use a newer program")]
+    #[error("version {0} cannot be read, only {VERSION} to {VERSION_BODIES}; use a newer program")]
     Version(u32),
     /// Bytes are not those that were written.
     #[error("the {0} is damaged; --salvage reads what is intact")]

@@ -1,8 +1,8 @@
 //! Reading a world, or what is intact of one.
 
 use super::{
-    DONE, FileError, FileFault, HEADER_BYTES, MAGIC, MARKER, MOST_RAW, PALETTE, REGIONS, ReadOptions,
-    SECTION_HEADER_BYTES, VERSION, hash, regions,
+    BODIES, BodySection, DONE, FileError, FileFault, HEADER_BYTES, MAGIC, MARKER, MOST_RAW, PALETTE, REGIONS,
+    ReadOptions, SECTION_HEADER_BYTES, VERSION, VERSION_BODIES, hash, regions,
 };
 use crate::palette::{OnConflict, Palette, PaletteEntry};
 use crate::world::{Region, World};
@@ -115,6 +115,7 @@ fn parse(bytes: &[u8], options: &ReadOptions, report: &mut Report) -> Result<Wor
     check_header(bytes, report)?;
     let mut palette = Palette::new();
     let mut all: Vec<Region> = Vec::new();
+    let mut bodies = Vec::new();
     let mut at = HEADER_BYTES.min(bytes.len());
     let mut expected = 0;
     let mut done = false;
@@ -163,6 +164,7 @@ fn parse(bytes: &[u8], options: &ReadOptions, report: &mut Report) -> Result<Wor
                     all.extend(read);
                     Ok(())
                 }
+                BODIES => BodySection::decode(&raw).map(|section| bodies.push(section)).map_err(FileFault::Content),
                 DONE => {
                     done = true;
                     // Regions that the world keeps in no form (all air) do not occur in what is written.
@@ -187,7 +189,8 @@ fn parse(bytes: &[u8], options: &ReadOptions, report: &mut Report) -> Result<Wor
     } else if at < bytes.len() {
         report(at as u64, FileFault::Trailing);
     }
-    let (world, dropped) = World::from_regions(palette, all);
+    let (mut world, dropped) = World::from_regions(palette, all);
+    world.body_sections = bodies;
     for region in dropped {
         let what = format!("two regions overlap at {:?}; every point has one owner", region.bounds);
         report(bytes.len() as u64, FileFault::Content(what));
@@ -217,7 +220,7 @@ fn check_header(bytes: &[u8], report: &mut Report) -> Result<(), Fatal> {
         return Err((0, FileFault::NotAWorld));
     }
     let version = u32::from_le_bytes([header[8], header[9], header[10], header[11]]);
-    if version != VERSION || header[12..16] != [0; 4] {
+    if !(VERSION..=VERSION_BODIES).contains(&version) || header[12..16] != [0; 4] {
         return Err((8, FileFault::Version(version)));
     }
     Ok(())

@@ -1,7 +1,10 @@
 //! Writing a world.
 
 use super::regions::Encoder;
-use super::{DONE, FileError, FileFault, MAGIC, MARKER, PALETTE, REGIONS, SECTION_HEADER_BYTES, VERSION, atomic, hash};
+use super::{
+    BODIES, DONE, FileError, FileFault, MAGIC, MARKER, PALETTE, REGIONS, SECTION_HEADER_BYTES, VERSION, VERSION_BODIES,
+    atomic, hash,
+};
 use crate::world::World;
 use miniz_oxide::deflate::compress_to_vec;
 use std::io::{self, Write};
@@ -25,7 +28,8 @@ pub fn write(path: &Path, world: &World) -> Result<(), FileError> {
 /// Those of the writer.
 pub fn write_to(out: &mut dyn Write, world: &World) -> io::Result<()> {
     let mut header = MAGIC.to_vec();
-    header.extend(VERSION.to_le_bytes());
+    let version = if world.body_sections.is_empty() { VERSION } else { VERSION_BODIES };
+    header.extend(version.to_le_bytes());
     header.extend([0; 4]);
     let check = hash(&[&header]);
     out.write_all(&header)?;
@@ -50,6 +54,9 @@ pub fn write_to(out: &mut dyn Write, world: &World) -> io::Result<()> {
     }
     if encoder.count() > 0 {
         section(REGIONS, &encoder.finish())?;
+    }
+    for bodies in &world.body_sections {
+        section(BODIES, &bodies.encode())?;
     }
     section(DONE, &(regions.len() as u64).to_le_bytes())
 }

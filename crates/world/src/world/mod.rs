@@ -29,6 +29,7 @@ pub use region::{Content, Region, RegionId};
 pub use stats::WorldStats;
 
 use crate::block::{Block, BlockId};
+use crate::file::BodySection;
 use crate::generate::Generator;
 use crate::palette::{OnConflict, Palette, PaletteEntry};
 use crate::space::{Aabb4, Point4};
@@ -50,6 +51,8 @@ pub struct World {
     /// Items are slots of `regions`.
     index: Bvh<i64, 4>,
     bodies: Vec<Body>,
+    /// Bodies that only newer programs understand, as their file had them.
+    pub(crate) body_sections: Vec<BodySection>,
     revision: u64,
 }
 
@@ -67,6 +70,11 @@ impl World {
     /// The moving bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// Whether the world's file has moving bodies, which are kept and written back, and not shown.
+    pub fn keeps_unknown_bodies(&self) -> bool {
+        !self.body_sections.is_empty()
     }
 
     /// A number that every patch that changes something makes greater by one.

@@ -17,6 +17,7 @@ use orthant_world::edit::{EditLimits, WorldEdit};
 use orthant_world::{Applied, World, WorldPatch};
 use report::Entry;
 use serde_json::json;
+use std::io::Read;
 use std::time::Instant;
 
 /// Applies the script, reports, and writes the world.
@@ -116,11 +117,16 @@ fn read_script(args: &ApplyArgs, max_memory: u64) -> Result<String, Failure> {
     if metadata.is_dir() {
         return Err(Failure::bad_input(path, "is a folder").remedy("name a file with one JSON object a line"));
     }
-    if metadata.len() > max_memory {
-        let what = format!("the script has {} bytes, more than the limit of {max_memory}", metadata.len());
+    // A pipe does not say how much there is.
+    let file = std::fs::File::open(path).map_err(|e| Failure::io(path, "read the script", &e))?;
+    let mut script = String::new();
+    let limit = max_memory.saturating_add(1);
+    let read = file.take(limit).read_to_string(&mut script).map_err(|e| Failure::io(path, "read the script", &e))?;
+    if read as u64 == limit {
+        let what = format!("the script has more bytes than the limit of {max_memory}");
         return Err(Failure::bad_input(path, what).remedy("split it, or raise --max-memory"));
     }
-    std::fs::read_to_string(path).map_err(|e| Failure::io(path, "read the script", &e))
+    Ok(script)
 }
 
 /// One line of the script: what it did to the world.
@@ -152,13 +158,16 @@ const REGION_BYTES: u64 = 8 << 10;
 
 /// An edit from a line. What is wrong is told without the parser's name of its own types, with the column.
 fn parse(line: &str) -> Result<WorldEdit, String> {
+    if !line.starts_with('{') {
+        return Err("this is no JSON object: a line begins with {".into());
+    }
     serde_json::from_str(line).map_err(|error| {
         let text = error.to_string();
         let what = text.rsplit_once(" at line ").map_or(text.as_str(), |(what, _)| what);
         let expected = "a line is {\"set\"}, {\"fill\"} or {\"sphere\"} with a \"block\", or {\"patch\"}";
         match error.classify() {
             serde_json::error::Category::Data => format!("{what}; {expected}"),
-            _ => format!("column {}: this is no JSON object: {what}", error.column()),
+            _ => format!("column {}: this is no JSON: {what}", error.column()),
         }
     })
 }
