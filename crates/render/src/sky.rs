@@ -39,10 +39,18 @@ pub const DEFAULT_SUN: Vec3 = Vec3::new(-0.5, 0.95, 0.62);
 
 /// A clear sky with the sun in a direction (+Y is up; normalised here).
 pub fn clear_sky(toward_sun: Vec3) -> Environment {
+    clear_sky_map(toward_sun, MAP_SIZE)
+}
+
+/// [`clear_sky`] for those who look at its colours alone: a hundredth of the work.
+pub fn coarse_sky(toward_sun: Vec3) -> Environment {
+    clear_sky_map(toward_sun, (96, 48))
+}
+
+fn clear_sky_map(toward_sun: Vec3, (width, height): (u32, u32)) -> Environment {
     let toward_sun = toward_sun.normalize_or(Vec3::Y);
     let atmosphere = Atmosphere::new(toward_sun.y);
     let scale = PI / IRRADIANCE_AT_45;
-    let (width, height) = MAP_SIZE;
     let texels: Vec<[f32; 3]> = (0..height)
         .into_par_iter()
         .flat_map_iter(|y| {

@@ -5,7 +5,7 @@ use crate::args::{EnvArg, RenderArgs};
 use crate::failure::Failure;
 use crate::image_io::{self, Encoding};
 use glam::Vec3;
-use orthant_render::sky::clear_sky;
+use orthant_render::sky::{clear_sky, coarse_sky};
 use orthant_resident::Environment;
 use orthant_resident::environment::EnvironmentMap;
 use std::path::Path;
@@ -14,9 +14,16 @@ use std::sync::Arc;
 /// The environment that the options ask for. Without `--env`, a scene with light of its own ([`lights_itself`]) has
 /// none; any other, and a frame that shows a world (`loaded` is then no matter), the sky.
 ///
+/// A frame that is a `preview` takes no more of a clear sky than its colours.
+///
 /// # Errors
 /// A bad image (bad input).
-pub fn select(loaded: Option<&Loaded>, args: &RenderArgs, max_memory: u64) -> Result<Environment, Failure> {
+pub fn select(
+    loaded: Option<&Loaded>,
+    args: &RenderArgs,
+    preview: bool,
+    max_memory: u64,
+) -> Result<Environment, Failure> {
     let chosen = match &args.env {
         Some(env) => env.clone(),
         None if loaded.is_some_and(lights_itself) => EnvArg::None,
@@ -25,6 +32,7 @@ pub fn select(loaded: Option<&Loaded>, args: &RenderArgs, max_memory: u64) -> Re
     let mut environment = match chosen {
         EnvArg::None => Environment::none(),
         EnvArg::Constant(radiance) => Environment::constant(radiance),
+        EnvArg::Sky if preview => coarse_sky(sun_direction(args.sun.0)),
         EnvArg::Sky => clear_sky(sun_direction(args.sun.0)),
         EnvArg::File(path) => Environment { map: Some(Arc::new(read_map(&path, max_memory)?)), ..Environment::none() },
     };

@@ -28,7 +28,7 @@ const MEANS: f64 = 5e-3;
 fn light(loaded: &Loaded, options: &[&str]) -> Environment {
     let line = ["orthant", "render", "scene.glb", "-o", "image.exr"].iter().chain(options);
     let Command::Render(args) = Cli::parse_from(line).command else { panic!("it is `render`") };
-    environment::select(Some(loaded), &args, 1 << 30).unwrap_or_else(|e| panic!("{e}"))
+    environment::select(Some(loaded), &args, false, 1 << 30).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// What the images of a scene in some light are apart; the error says so if that is too much.

@@ -160,6 +160,18 @@ mod tests {
     }
 
     #[test]
+    fn a_coarse_sky_lights_like_a_fine_one() {
+        let toward = crate::sky::DEFAULT_SUN;
+        let (fine, coarse) = (light(&crate::sky::clear_sky(toward)), light(&crate::sky::coarse_sky(toward)));
+        let pairs = [(fine.sun, coarse.sun), (fine.ambient, coarse.ambient)]
+            .into_iter()
+            .chain(fine.sky.into_iter().zip(coarse.sky));
+        for (fine, coarse) in pairs {
+            assert!((fine - coarse).abs().max_element() < 0.02 * fine.max_element(), "{fine} {coarse}");
+        }
+    }
+
+    #[test]
     fn a_lamp_in_a_map_is_where_the_light_comes_from_and_no_light_is_lost() {
         let (width, height) = (64, 32);
         let mut texels = vec![[0.1; 3]; 64 * 32];

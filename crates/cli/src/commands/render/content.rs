@@ -1,7 +1,7 @@
 //! What is rendered: files, and what is derived of them for a frame.
 
 use super::{is_world, moment};
-use crate::args::{Common, RenderArgs};
+use crate::args::{Common, ModeArg, RenderArgs, ShadeArg};
 use crate::failure::Failure;
 use crate::job::world::unknown_blocks;
 use crate::job::{LoadOptions, Loaded, LoadedWorld, WorldShot, camera, load, load_world, world_view};
@@ -121,6 +121,16 @@ impl Content {
             |(view, world): (&WorldView, &LoadedWorld)| world_view::derive(&world.world, view, common.max_memory());
         let derived = view.as_ref().zip(self.world.as_ref()).map(derive).transpose()?;
         Ok(Shown { camera, view, derived, derive_time: start.elapsed(), origin })
+    }
+
+    /// Whether a world is seen in the preview.
+    pub fn is_preview(&self, args: &RenderArgs) -> bool {
+        let (None, Some(world)) = (&self.loaded, &self.world) else { return false };
+        match (args.world_view.shade, args.world_view.mode) {
+            (Some(shade), _) => shade == ShadeArg::Preview,
+            (None, Some(mode)) => mode != ModeArg::Slice,
+            (None, None) => !world.world.is_three_dimensional(),
+        }
     }
 
     /// Time of the imports.

@@ -45,7 +45,7 @@ pub fn run(args: &RenderArgs, common: &Common) -> Result<(), Failure> {
     let mut content = Content::load(args, common, &outputs)?;
     let environment_start = Instant::now();
     let lights = content.loaded.as_ref().filter(|_| content.world.is_none());
-    let environment = environment::select(lights, args, common.max_memory() / 2)?;
+    let environment = environment::select(lights, args, content.is_preview(args), common.max_memory() / 2)?;
     let mut times = Times { environment: environment_start.elapsed(), ..Times::default() };
     let shown = content.show(args, &environment, common)?;
     let frame = plan.frame(args, shown.camera, shown.view);
