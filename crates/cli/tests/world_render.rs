@@ -58,24 +58,21 @@ fn straight_down_every_pixel_sees_the_upper_face_of_the_block_below_it() {
 #[test]
 fn a_world_a_million_units_away_looks_the_same() {
     let (_guard, f) = folder();
-    std::fs::write(
-        f.join("here.jsonl"),
-        "{\"fill\": {\"min\": [-4, 0, -9, 0], \"max\": [5, 3, -6, 1]}, \"block\": 1}\n{\"set\": [2, 3, -8, 0], \"block\": 9}\n",
-    )
-    .expect("script");
-    std::fs::write(
-        f.join("there.jsonl"),
-        "{\"fill\": {\"min\": [999996, 2000000, -1000009, 3000000], \"max\": [1000005, 2000003, -1000006, 3000001]}, \"block\": 1}\n\
-         {\"set\": [1000002, 2000003, -1000008, 3000000], \"block\": 9}\n",
-    )
-    .expect("script");
+    // A wall and a block on it, long enough in w for a view that is turned into it.
+    let boxes = [([-4, 0, -9, -4], [5, 3, -6, 5], 1), ([1, 3, -8, -4], [3, 5, -7, 5], 9)];
+    for (name, to) in [("here", [0, 0, 0, 0]), ("there", [1_000_000, 2_000_000, -1_000_000, 3_000_000])] {
+        let moved = |at: [i64; 4]| -> [i64; 4] { std::array::from_fn(|a| at[a] + to[a]) };
+        let fill = |(min, max, block)| json!({ "fill": { "min": moved(min), "max": moved(max) }, "block": block });
+        let script = boxes.map(|each| format!("{}\n", fill(each))).concat();
+        std::fs::write(f.join(format!("{name}.jsonl")), script).expect("script");
+    }
     succeed(&f, &["world", "new", "--generator", "empty", "-o", "empty.orw"]);
     let mut images = Vec::new();
     for (name, pos) in [("here", "0.3,2.1,0.7,0.5"), ("there", "1000000.3,2000002.1,-999999.3,3000000.5")] {
         let (patches, world, image) = (format!("{name}.jsonl"), format!("{name}.orw"), format!("{name}.exr"));
         succeed(&f, &["world", "apply", "empty.orw", "--patches", &patches, "-o", &world, "--quiet"]);
         let view = [
-            "--pos", pos, "--yaw", "12", "--pitch", "-7", "--xw", "9", "--zw", "-14", "--mode", "thick", "--edges",
+            "--pos", pos, "--yaw", "12", "--pitch", "-7", "--xw", "5", "--zw", "-9", "--mode", "thick", "--edges",
             "0.05",
         ];
         render(

@@ -138,22 +138,22 @@ pub struct WorldViewArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "World")]
     pub layers: Option<u32>,
     /// `integral` sweeps 90 degrees divided by this [default: 1]
-    #[arg(long, value_name = "F", value_parser = hidden_zoom, help_heading = "World")]
+    #[arg(long, value_name = "F", value_parser = hidden_zoom, allow_hyphen_values = true, help_heading = "World")]
     pub hidden_zoom: Option<f64>,
     /// `integral` mixes hits and sky by log(1 + K p) / log(1 + K), p being the share of hits; 0 mixes by p [default: 8]
-    #[arg(long, value_name = "K", value_parser = not_negative, help_heading = "World")]
+    #[arg(long, value_name = "K", value_parser = not_negative, allow_hyphen_values = true, help_heading = "World")]
     pub mix: Option<f32>,
     /// Degrees between the layers of `thick` [default: 0.5]
-    #[arg(long, value_name = "DEG", value_parser = positive, help_heading = "World")]
+    #[arg(long, value_name = "DEG", value_parser = positive, allow_hyphen_values = true, help_heading = "World")]
     pub thickness: Option<f32>,
     /// Nothing farther is seen, in units [default: all that is solid]
-    #[arg(long, value_name = "UNITS", value_parser = distance, help_heading = "World")]
+    #[arg(long, value_name = "UNITS", value_parser = distance, allow_hyphen_values = true, help_heading = "World")]
     pub distance: Option<f32>,
     /// How hits are shaded [default: path for slice, else preview]
     #[arg(long, value_enum, help_heading = "World")]
     pub shade: Option<ShadeArg>,
     /// Dark lines along the edges of blocks, as a fraction of the edge, 0 to 0.5 [default: 0]
-    #[arg(long, value_name = "F", value_parser = edges, help_heading = "World")]
+    #[arg(long, value_name = "F", value_parser = edges, allow_hyphen_values = true, help_heading = "World")]
     pub edges: Option<f32>,
 }
 
