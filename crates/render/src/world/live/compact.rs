@@ -1,7 +1,7 @@
 //! The frame loop's side of a compaction: what is taken from its thread, replayed, and swapped.
 
 use super::budget::Meter;
-use super::compaction::{Built, Gone, Job, Message, Run, Worker, drop_elsewhere};
+use super::compaction::{Built, Gone, Job, Message, Run, Worker};
 use super::diagnostics::Diagnostics;
 use super::tick::Share;
 use super::{BuildOptions, LiveError, LiveWorld};
@@ -201,7 +201,7 @@ impl LiveWorld {
             return failed("the sets could not be exchanged", error);
         }
         let old = (std::mem::replace(&mut self.derived, built.derived), std::mem::replace(&mut self.sah, built.sah));
-        drop_elsewhere(old);
+        run.worker.discard(old);
         self.resident = self.derived.mirror().revision;
         for bounds in run.untidy.drain(..) {
             self.queue.push_untidy(bounds, self.frame);
@@ -233,7 +233,7 @@ impl LiveWorld {
             self.schedule.asked = Some(format!("again, after one was given up: {reason}"));
         }
         frame.compaction.discarded = Some(reason);
-        drop_elsewhere(run);
+        run.discard();
         Ok(())
     }
 }

@@ -145,7 +145,7 @@ impl LiveWorld {
     pub fn load(&mut self, backend: &mut dyn Backend) -> Result<u64, BackendError> {
         // A staging set that was being filled is not the new backend's.
         if let Some(run) = self.run.take() {
-            compaction::drop_elsewhere(run);
+            run.discard();
         }
         let loaded = load(backend, &self.derived)?;
         self.resident = self.derived.mirror().revision;

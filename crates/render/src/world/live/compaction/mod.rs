@@ -4,7 +4,7 @@
 //! 2. **Build** (`worker`): equal neighbours are joined (`join`), the tree is built by the surface area heuristic, arenas are packed.
 //! 3. **Fill**: the thread hands over batches, and each frame takes as many to the staging set as its budget allows.
 //! 4. **Replay**: boxes in which the active set changed since R are planned again on the new set, from the world.
-//! 5. **Swap** of the sets when nothing is left to replay. The old one is dropped on a thread of its own.
+//! 5. **Swap** of the sets when nothing is left to replay. The old one is dropped on the thread of the build.
 //!
 //! If edits outrun it (more boxes to replay than [`CompactionOptions::max_backlog`]), or if a backend refuses a batch, it is given up
 //! with the reason on record, and begun again.
@@ -12,7 +12,7 @@
 mod join;
 mod worker;
 
-pub(super) use worker::{Built, Gone, Job, Message, Worker, drop_elsewhere};
+pub(super) use worker::{Built, Gone, Job, Message, Worker};
 
 use super::boxes::BoxSet;
 use super::diagnostics::{CompactionState, Occupancies};
@@ -108,6 +108,12 @@ impl Run {
             palette: BTreeSet::new(),
             is_rebuild,
         }
+    }
+
+    /// Gives it up.
+    pub fn discard(self) {
+        let Self { worker, built, backlog, .. } = self;
+        worker.discard((built, backlog));
     }
 
     pub fn state(&self) -> CompactionState {

@@ -5,7 +5,7 @@ use crate::world::live::sah::SahMeter;
 use crate::world::{BuildOptions, DerivedWorld, LeafSnapshot};
 use orthant_resident::world::{ArenaLens, MutationBatch};
 use orthant_world::Palette;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Batches that wait for the frame loop, at most: the thread is ahead of it by little memory.
@@ -43,9 +43,13 @@ pub enum Message {
 /// The thread ended before it had said everything.
 pub struct Gone;
 
+/// What is to be dropped.
+type Waste = Box<dyn Send>;
+
 /// A build on a thread of its own. It ends by itself when this is dropped.
 pub struct Worker {
     receiver: Receiver<Message>,
+    waste: Sender<Waste>,
 }
 
 /// What a build is made of.
@@ -64,8 +68,20 @@ impl Worker {
     /// If the system gives no thread.
     pub fn spawn(job: Job) -> std::io::Result<Self> {
         let (sender, receiver) = sync_channel(AHEAD);
-        std::thread::Builder::new().name("orthant-compaction".into()).spawn(move || work(job, &sender))?;
-        Ok(Self { receiver })
+        let (waste, to_drop) = channel::<Waste>();
+        let run = move || {
+            work(job, &sender);
+            drop(sender);
+            to_drop.into_iter().for_each(drop);
+        };
+        std::thread::Builder::new().name("orthant-compaction".into()).spawn(run)?;
+        Ok(Self { receiver, waste })
+    }
+
+    /// Drops what is large on the thread: a frame has no time to free a million leaves.
+    pub fn discard(&self, waste: impl Send + 'static) {
+        // A thread that has panicked leaves it to this one.
+        drop(self.waste.send(Box::new(waste)));
     }
 
     /// What it says next, if it has said anything; an error if it ended without a word. Never waits.
@@ -108,11 +124,4 @@ fn work(job: Job, sender: &SyncSender<Message>) {
         }
     }
     drop(sender.send(Message::Done(Box::new(Built { derived, sah }))));
-}
-
-/// Drops what is large on a thread of its own.
-pub fn drop_elsewhere<T: Send + 'static>(value: T) {
-    let spawned = std::thread::Builder::new().name("orthant-drop".into()).spawn(move || drop(value));
-    // Without a thread the value was dropped with the closure, here.
-    drop(spawned);
 }
