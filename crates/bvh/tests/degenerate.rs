@@ -5,11 +5,12 @@ mod common;
 use common::{Coordinate, Model, assert_equals_model};
 use orthant_bvh::{Aabb, Builder, Bvh, BvhError, MAX_DEPTH, MAX_ITEM};
 
-const BUILDERS: [Builder; 5] = [
+const BUILDERS: [Builder; 6] = [
     Builder::fastest(),
     Builder::fast(),
     Builder::medium(),
     Builder::best(),
+    Builder::SampledSah { sample: 4 },
     Builder::Ploc { radius: 1000, coarse_passes: 0 },
 ];
 

@@ -25,6 +25,11 @@ pub enum Builder {
     },
     /// Top down by the surface area heuristic in 16 bins on every axis.
     Sah,
+    /// As [`Self::Sah`], but splits of more than `sample` boxes are found from about that many of them.
+    SampledSah {
+        /// Boxes that a split looks at, at most; at least 2.
+        sample: usize,
+    },
 }
 
 impl Builder {
@@ -46,6 +51,12 @@ impl Builder {
     /// The best tree: binned SAH.
     pub const fn best() -> Self {
         Self::Sah
+    }
+
+    /// Nearly the best tree over very many boxes: the upper half of the levels, where every split would look at all of them, by
+    /// samples.
+    pub const fn large() -> Self {
+        Self::SampledSah { sample: 1024 }
     }
 }
 
@@ -126,9 +137,10 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
                 leaves = morton::order(count, |i| item(i).1).map(&item).collect();
                 ploc::build(&mut draft, &leaves, radius, coarse_passes)
             }
-            Builder::Sah => {
+            Builder::Sah | Builder::SampledSah { .. } => {
+                let sample = if let Builder::SampledSah { sample } = builder { sample } else { usize::MAX };
                 leaves = (0..count).map(&item).collect();
-                sah::build(&mut draft, &mut Part::leaves(&leaves), MAX_DEPTH)
+                sah::build(&mut draft, &mut Part::leaves(&leaves), MAX_DEPTH, sample)
             }
         };
         self.arena.reserve(leaves.len());

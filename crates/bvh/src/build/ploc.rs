@@ -39,7 +39,7 @@ pub(crate) fn build<S: Scalar, const N: usize>(
         let left = clusters.join_partners(draft, &partner[..count]);
         if left > 1 && (count - left) * FEW < count {
             let mut parts: Vec<_> = (0..left).map(|i| clusters.get(i)).collect();
-            return sah::build(draft, &mut parts, MAX_DEPTH);
+            return sah::build(draft, &mut parts, MAX_DEPTH, usize::MAX);
         }
         count = left;
         pass += 1;

@@ -20,9 +20,14 @@ struct Task {
     levels: u32,
 }
 
-/// Builds over at least one part. At most `levels` nodes lie above any part, which has to be at least the logarithm of
+/// Builds over at least one part. Splits of more than `sample` parts are found from about that many of them, evenly spread. At most `levels` nodes lie above any part, which has to be at least the logarithm of
 /// their count: where a split would leave one side too few levels, the halves are made equal.
-pub(crate) fn build<S: Scalar, const N: usize>(draft: &mut Draft, parts: &mut [Part<S, N>], levels: u32) -> Child {
+pub(crate) fn build<S: Scalar, const N: usize>(
+    draft: &mut Draft,
+    parts: &mut [Part<S, N>],
+    levels: u32,
+    sample: usize,
+) -> Child {
     draft.joins.reserve(parts.len().saturating_sub(1));
     let mut top = Child::EMPTY;
     let mut tasks = vec![Task { start: 0, end: parts.len(), parent: NONE, slot: 0, levels }];
@@ -33,7 +38,7 @@ pub(crate) fn build<S: Scalar, const N: usize>(draft: &mut Draft, parts: &mut [P
         } else {
             let join = draft.join(Child::EMPTY, Child::EMPTY);
             let levels = levels.saturating_sub(1);
-            let middle = start + split(range, levels);
+            let middle = start + split(range, levels, sample);
             tasks.push(Task { start: middle, end, parent: join.0, slot: 1, levels });
             tasks.push(Task { start, end: middle, parent: join.0, slot: 0, levels });
             join
@@ -48,12 +53,14 @@ pub(crate) fn build<S: Scalar, const N: usize>(draft: &mut Draft, parts: &mut [P
 }
 
 /// Orders the parts so that those of the first child come first, and returns their count.
-fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32) -> usize {
+fn split<S: Scalar, const N: usize>(parts: &mut [Part<S, N>], levels: u32, sample: usize) -> usize {
     if parts.len() == 2 {
         return 1;
     }
-    let centres = Centres::of(parts);
-    if let Some(plane) = best_plane(parts, &centres) {
+    // Odd, as what lies in rows has powers of two in them.
+    let stride = parts.len().div_ceil(sample.max(2)) | 1;
+    let centres = Centres::of(parts, stride);
+    if let Some(plane) = best_plane(parts, &centres, stride) {
         let left = partition(parts, |part| centres.bin(part, plane.axis) < plane.bin);
         let fits = |count: usize| count.next_power_of_two().trailing_zeros() <= levels;
         if fits(left) && fits(parts.len() - left) {
@@ -80,7 +87,8 @@ struct Centres<S: Scalar, const N: usize> {
 }
 
 impl<S: Scalar, const N: usize> Centres<S, N> {
-    fn of(parts: &[Part<S, N>]) -> Self {
+    /// Of every `stride`-th part. Those of other parts may lie outside; they are in the bins at the ends.
+    fn of(parts: &[Part<S, N>], stride: usize) -> Self {
         let mut clip = Aabb::EMPTY;
         let mut capped = false;
         let mut low = [S::Real::INFINITY; N];
@@ -91,7 +99,7 @@ impl<S: Scalar, const N: usize> Centres<S, N> {
                 high[a] = greater(high[a], centre[a]);
             }
         };
-        for part in parts {
+        for part in parts.iter().step_by(stride) {
             if part.bounds.is_capped() {
                 capped = true;
             } else {
@@ -100,7 +108,7 @@ impl<S: Scalar, const N: usize> Centres<S, N> {
             }
         }
         if capped && clip != Aabb::EMPTY {
-            for part in parts.iter().filter(|part| part.bounds.is_capped()) {
+            for part in parts.iter().step_by(stride).filter(|part| part.bounds.is_capped()) {
                 include(part.bounds.centre2_in(&clip));
             }
         }
@@ -145,11 +153,17 @@ struct Plane {
     bin: usize,
 }
 
-/// The plane between bins with the least sum of surface times count; `None` if all centres are the same.
-fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres<S, N>) -> Option<Plane> {
+/// The plane between bins with the least sum of surface times count, by every `stride`-th part; `None` if all of their centres are
+/// the same.
+fn best_plane<S: Scalar, const N: usize>(
+    parts: &[Part<S, N>],
+    centres: &Centres<S, N>,
+    stride: usize,
+) -> Option<Plane> {
     let mut bounds = [[Aabb::EMPTY; BINS]; N];
     let mut counts = [[0u32; BINS]; N];
-    for part in parts {
+    let looked_at = parts.len().div_ceil(stride) as u32;
+    for part in parts.iter().step_by(stride) {
         let centre = centres.centre(part);
         for a in 0..N {
             let at = (centre[a] - centres.low[a]) * centres.scale[a];
@@ -174,7 +188,7 @@ fn best_plane<S: Scalar, const N: usize>(parts: &[Part<S, N>], centres: &Centres
             all = all.union(&bounds[axis][bin - 1]);
             count += counts[axis][bin - 1];
             let cost = weight::<S, N>(&all, count) + right[bin];
-            if count > 0 && count < parts.len() as u32 && cost < best_cost {
+            if count > 0 && count < looked_at && cost < best_cost {
                 best_cost = cost;
                 best = Some(Plane { axis, bin });
             }
@@ -213,7 +227,7 @@ mod tests {
     #[test]
     fn two_heaps_are_split_between_them() {
         let mut parts: Vec<_> = (0..10).map(|i| leaf(i, f64::from(i % 2) * 100.0 + f64::from(i))).collect();
-        let left = split(&mut parts, 64);
+        let left = split(&mut parts, 64, usize::MAX);
         assert_eq!(left, 5);
         assert!(parts[..left].iter().all(|part| part.bounds.max[0] < 50.0));
     }
@@ -232,10 +246,10 @@ mod tests {
         // Every split by surface takes one part off.
         let mut parts: Vec<_> = (0..64).map(|i| leaf(i, 4f64.powi(i as i32))).collect();
         let mut draft = Draft::default();
-        let top = build(&mut draft, &mut parts.clone(), 64);
+        let top = build(&mut draft, &mut parts.clone(), 64, usize::MAX);
         assert!(height(&draft, top) > 20);
         draft.joins.clear();
-        let top = build(&mut draft, &mut parts, 7);
+        let top = build(&mut draft, &mut parts, 7, usize::MAX);
         assert!(height(&draft, top) <= 7);
         assert_eq!(draft.joins.len(), 63);
     }
@@ -244,7 +258,21 @@ mod tests {
     fn equal_boxes_make_a_balanced_tree() {
         let mut parts: Vec<_> = (0..1024).map(|i| leaf(i, 0.0)).collect();
         let mut draft = Draft::default();
-        let top = build(&mut draft, &mut parts, 64);
+        let top = build(&mut draft, &mut parts, 64, usize::MAX);
         assert_eq!(height(&draft, top), 10);
+    }
+
+    #[test]
+    fn a_split_by_a_sample_still_tells_heaps_apart_and_keeps_every_part() {
+        let mut parts: Vec<_> = (0..1000).map(|i| leaf(i, f64::from(i % 2) * 5000.0 + f64::from(i))).collect();
+        let left = split(&mut parts, 64, 64);
+        assert_eq!(left, 500);
+        let mut draft = Draft::default();
+        build(&mut draft, &mut parts, 64, 16);
+        assert_eq!(draft.joins.len(), 999);
+        let mut leaves: Vec<u32> =
+            draft.joins.iter().flatten().filter(|c| !c.is_node()).map(|c| c.item_bits()).collect();
+        leaves.sort_unstable();
+        assert_eq!(leaves, (0..1000).collect::<Vec<_>>());
     }
 }

@@ -148,7 +148,7 @@ impl<S: Scalar, const N: usize> Bvh<S, N> {
         let mut leaves = Vec::new();
         self.release_below(node, &mut leaves);
         let mut draft = Draft::default();
-        let top = sah::build(&mut draft, &mut Part::leaves(&leaves), height);
+        let top = sah::build(&mut draft, &mut Part::leaves(&leaves), height, usize::MAX);
         let ChildKind::Node(top) = top.kind() else { unreachable!("a deep subtree has more than one leaf") };
         let id = self.raise(&draft, top.0, parent, &leaves);
         if parent == crate::node::NONE {
