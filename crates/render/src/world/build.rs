@@ -77,7 +77,7 @@ impl DerivedWorld {
 
         let boxes: Vec<_> =
             records.par_iter().with_min_len(1024).map(|record| space::outward(&record.bounds(), origin)).collect();
-        let mut tree = Bvh::build(&boxes, Builder::best()).expect("boxes of the space, each with an item of its own");
+        let mut tree = Bvh::build(&boxes, Builder::large()).expect("boxes of the space, each with an item of its own");
         drop(boxes);
         tree.take_writes();
         let nodes = tree.nodes().par_iter().with_min_len(1024).map(splice::node_row).collect();

@@ -232,6 +232,24 @@ impl LeafRecord {
         }
     }
 
+    /// Whether the draft is this leaf.
+    pub fn is_draft(&self, draft: &Draft) -> bool {
+        let row = LeafRow { payload: draft.row.payload, ..self.row };
+        let parts = match (&self.part, &draft.part) {
+            (None, None) => true,
+            (Some(ours), Some(theirs)) => {
+                let blocks = match (&ours.blocks, &theirs.blocks) {
+                    (ChunkBlocks::One(ours), ChunkBlocks::One(theirs)) => ours == theirs,
+                    (ChunkBlocks::Dense(ours), ChunkBlocks::Dense(theirs)) => ours == theirs,
+                    _ => false,
+                };
+                blocks && ours.bounds == theirs.bounds && ours.lattice == theirs.lattice
+            }
+            _ => false,
+        };
+        parts && row == draft.row
+    }
+
     /// The leaf as its maker gave it.
     pub fn leaf(&self) -> Leaf {
         match &self.part {

@@ -105,6 +105,36 @@ fn a_snapshot_becomes_the_same_leaves_in_packed_arenas() {
 }
 
 #[test]
+fn chunks_that_are_equal_share_one_payload_until_the_last_goes() {
+    let chunk =
+        || Arc::new(Chunk::from_blocks(&std::array::from_fn(|i| block(if i % 7 < 3 { 1 + i as u16 % 3 } else { 0 }))));
+    let cell = |i: i32| Aabb4::from_ints([8 * i, 0, 0, 0], [8 * i + 8, 8, 8, 8]).unwrap();
+    let put = |i: i32| RegionTree::chunk_array(cell(i), Lattice::cube(Scale::UNIT), vec![chunk()]).unwrap();
+    let mut world = World::new();
+    world.apply(&WorldPatch::of_tree(put(0))).unwrap();
+    let mut derived = DerivedWorld::build(&world, &BuildOptions::default()).unwrap();
+    let one = derived.stats().payload.live;
+    let mut follow = |world: &mut World, tree: RegionTree| {
+        let bounds = tree.bounds;
+        world.apply(&WorldPatch::of_tree(tree)).unwrap();
+        let plan = derived.plan(world, &bounds, &OpLimits::default()).unwrap();
+        derived.commit(&plan.batch).unwrap();
+        derived.validate().unwrap();
+        (plan.batch.payload_writes.len(), plan.batch.freed_payload_spans.len(), derived.stats().payload.live)
+    };
+    assert!(one > 0);
+    // Made anew, so that no pointer tells that it is the same.
+    assert_eq!(follow(&mut world, put(3)), (0, 0, one));
+    assert_eq!(follow(&mut world, put(-2)), (0, 0, one));
+    assert_eq!(follow(&mut world, RegionTree::empty(cell(0))), (0, 0, one));
+    assert_eq!(follow(&mut world, RegionTree::empty(cell(-2))), (0, 0, one));
+    // Moved in one operation: the span stays.
+    let both = cell(3).hull(&cell(6));
+    assert_eq!(follow(&mut world, RegionTree::branch(both, vec![put(6)])), (0, 0, one));
+    assert_eq!(follow(&mut world, RegionTree::empty(cell(6))), (0, 1, 0));
+}
+
+#[test]
 fn leaves_that_no_set_has_are_refused() {
     let lattice = Lattice::cube(Scale::UNIT);
     let chunk = Arc::new(Chunk::uniform(block(1)));

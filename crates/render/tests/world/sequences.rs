@@ -71,6 +71,10 @@ impl Course {
         let bounds = self.dirty.swap_remove(index);
         let plan = self.plan(&bounds, limits);
         let leaves = self.check(&plan.synced);
+        if plan.untidy && plan.deferred.is_empty() {
+            let again = self.plan(&bounds, limits);
+            assert!(again.batch.is_empty() || !again.untidy, "what was cut is not cut again");
+        }
         assert!(
             equal_within(&leaves, &self.arenas, &self.shadow, &Aabb4::SPACE.intersection(&self.options.clip).unwrap()),
             "something changed outside of what was synced"
