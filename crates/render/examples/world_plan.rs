@@ -72,7 +72,8 @@ fn measure(half_extent: i32) {
             let start = Instant::now();
             derived.commit(&planned.batch).expect("it is next");
             commit.push(start.elapsed());
-            (plan.push(planning), apply.push(applying));
+            plan.push(planning);
+            apply.push(applying);
             both.push(planning + applying);
             writes += planned.counts.node_writes;
             bytes += planned.batch.upload_bytes();
