@@ -10,7 +10,7 @@ use crate::world::abi::WorldTable;
 use crate::world::{WorldPipelines, WorldSource, WorldWork, Worlds};
 use orthant_resident::backend::{ApplyReport, ResidentBytes};
 use orthant_resident::check::{check_batch, check_environment, check_frame, check_view_with_scene};
-use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, Shade, WorldApplied, WorldArenas, WorldBytes};
+use orthant_resident::world::{ArenaLens, MutationBatch, SetSlot, WorldApplied, WorldArenas, WorldBytes};
 use orthant_resident::{Backend, BackendError, Environment, Film, Frame, SceneBatch, Ticket, TicketStatus};
 use std::sync::Arc;
 use std::time::Duration;
@@ -62,6 +62,7 @@ macro_rules! job_and_passes {
             pipeline: &$backend.pipeline,
             tlas: $backend.tlas.as_ref(),
             images: $backend.scene.images.set,
+            layout: $backend.scene.images.layout,
             paths: &mut $backend.paths,
             worlds: &mut $backend.world_pipelines,
         };
@@ -271,7 +272,7 @@ impl VulkanBackend {
 
     fn world_source(&self) -> std::result::Result<WorldSource, BackendError> {
         self.worlds.usable()?;
-        Ok(self.worlds.source())
+        Ok(self.worlds.source(self.tlas.is_some() && self.scene.render_node_count() > 0))
     }
 
     fn is_raster(&self, ticket: Ticket) -> bool {
@@ -358,13 +359,10 @@ impl Backend for VulkanBackend {
     fn submit(&mut self, frame: Frame) -> std::result::Result<Ticket, BackendError> {
         check_frame(&frame)?;
         self.usable()?;
-        if let Some(view) = &frame.world {
-            if self.scene.render_node_count() > 0 {
-                check_view_with_scene(view)?;
-            }
-            if view.shade == Shade::Path {
-                return Err(BackendError::Device("Vulkan shows worlds in the preview only: use --backend cpu".into()));
-            }
+        if let Some(view) = &frame.world
+            && self.scene.render_node_count() > 0
+        {
+            check_view_with_scene(view)?;
         }
         if frame.world.is_none() && self.tlas.is_none() {
             return Err(BackendError::Device(NO_SCENE.to_owned()));

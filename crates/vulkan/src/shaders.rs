@@ -28,6 +28,15 @@ pub(crate) const RASTER_ENVIRONMENT: &[u8] = include_bytes!("../shaders/spirv/ra
 /// The pass that writes into the arenas of a world.
 pub(crate) const WORLD_SCATTER: &[u8] = include_bytes!("../shaders/spirv/world/scatter.spv");
 
+/// Worlds with light transport, and the stages of it that trace no ray.
+pub(crate) const WORLD_PATH: &[u8] = include_bytes!("../shaders/spirv/world/path.spv");
+
+/// Rays in a scene and a world, by ray queries.
+pub(crate) const WORLD_PATH_QUERY: &[u8] = include_bytes!("../shaders/spirv/world/path_query.spv");
+
+/// The same, by the ray tracing pipeline.
+pub(crate) const WORLD_PATH_SCENE: &[u8] = include_bytes!("../shaders/spirv/world/path_scene.spv");
+
 /// Worlds shaded without light transport.
 pub(crate) const WORLD_PREVIEW: &[u8] = include_bytes!("../shaders/spirv/world/preview.spv");
 

@@ -98,6 +98,10 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
         ("shade_backdrop", Model::Fragment),
         ("find_hit", Model::Fragment),
     ];
+    let world_path =
+        ["light_world_paths", "shade_world_paths", "trace_world_centers", "trace_world_paths"].map(compute);
+    let world_query = ["query_scene_centers", "query_scene_paths"].map(compute);
+    let world_scene = [("trace_scene_centers", Model::RayGenerationNV), ("trace_scene_paths", Model::RayGenerationNV)];
     let expected = [
         ("path", &path[..]),
         ("path_stages", &stages),
@@ -108,6 +112,9 @@ fn modules_have_the_entry_points_that_pipelines_are_made_of() {
         ("raster/draw", &draw),
         ("raster/environment", &environment),
         ("raster/resolve", &[("resolve_hits", Model::GLCompute), ("resolve_samples", Model::GLCompute)]),
+        ("world/path", &world_path),
+        ("world/path_query", &world_query),
+        ("world/path_scene", &world_scene),
         ("world/preview", &[("preview_block", Model::GLCompute), ("preview_centers", Model::GLCompute)]),
         ("world/scatter", &[("scatter_writes", Model::GLCompute)]),
     ];

@@ -216,7 +216,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
         layout!(WordSpan { first, before }),
         layout!(WorldFrame {
             world, layers, counters, anchor, offset, layer_count, step_budget, combine, mix, distance, edges, direction, sun,
-            ambient, zenith, horizon, nadir,
+            ambient, zenith, horizon, nadir, place, reserved,
         }),
         layout!(LayerRow { axes, right, runs, up, up_reserved, forward, forward_reserved }),
         layout!(WorldPush { trace, world, rows, reserved }),

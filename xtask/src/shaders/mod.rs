@@ -36,7 +36,7 @@ const ARGUMENTS: [&str; 13] = [
 
 /// The modules by the name of their source, with what they are compiled with besides. Optional capabilities are in modules
 /// of their own: a device takes no module with one that it has not.
-const MODULES: [(&str, &[&str]); 11] = [
+const MODULES: [(&str, &[&str]); 14] = [
     ("path", &[]),
     ("path_stages", &[]),
     ("path_query", &[]),
@@ -46,6 +46,9 @@ const MODULES: [(&str, &[&str]); 11] = [
     ("raster/draw", &[]),
     ("raster/environment", &[]),
     ("raster/resolve", &[]),
+    ("world/path", &[]),
+    ("world/path_query", &[]),
+    ("world/path_scene", &[]),
     ("world/preview", &[]),
     ("world/scatter", &[]),
 ];

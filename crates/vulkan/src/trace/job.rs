@@ -7,8 +7,8 @@
 //! Where paths are traced in stages, what is called a dispatch here is one for each stage of each vertex that the longest
 //! path may have, if need be in several submissions: those that find all paths at their end take next to no time.
 
-use super::paths::{Columns, PathPool};
-use super::{Generation, RayTracer, TlasSet};
+use super::paths::{COLUMNS, Columns, PathPool, WORLD_COLUMNS};
+use super::{Generation, RayTracer, Sets, TlasSet};
 use crate::abi::{FrameTable, LightTable, SceneTable, TracePush};
 use crate::device::Device;
 use crate::error::{Result, VulkanError};
@@ -18,7 +18,7 @@ use crate::world::{Pass, WorldPart, WorldPipelines, WorldSource};
 use ash::vk;
 use orthant_resident::backend::RayCounts;
 use orthant_resident::film::{BLOCK, FilmBlock};
-use orthant_resident::world::WorldCounts;
+use orthant_resident::world::{Shade, WorldCounts};
 use orthant_resident::{Film, Frame, Ticket, TicketStatus};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -52,6 +52,8 @@ pub(crate) struct Passes<'p> {
     /// A frame without a TLAS shows a world.
     pub tlas: Option<&'p TlasSet>,
     pub images: vk::DescriptorSet,
+    /// Of `images`.
+    pub layout: vk::DescriptorSetLayout,
     pub paths: &'p mut PathPool,
     pub worlds: &'p mut WorldPipelines,
 }
@@ -115,8 +117,10 @@ pub(crate) struct Job {
 /// What the rays of a frame meet.
 #[derive(Clone, Copy)]
 enum Target<'a> {
-    Scene(&'a TlasSet),
-    World(&'a WorldPart),
+    Scene(&'a RayTracer),
+    /// Light transport in a world, and in a scene where there is one.
+    World(&'a WorldPart, &'a RayTracer),
+    Preview(&'a WorldPart),
 }
 
 /// What a frame writes.
@@ -147,10 +151,12 @@ impl Job {
     ) -> Result<Self> {
         passes.pipeline.check_width(frame.tile.width)?;
         let buffers = Buffers::new(passes.device, &frame)?;
-        let columns = match passes.pipeline.staged() {
-            Some(_) if frame.world.is_none() => Some(passes.paths.columns(passes.device, passes.queue, frame.tile)?),
-            _ => None,
+        let columns = match &frame.world {
+            None => passes.pipeline.is_staged().then_some(COLUMNS),
+            Some(view) => (view.shade == Shade::Path).then_some(WORLD_COLUMNS),
         };
+        let columns = columns.map(|columns| passes.paths.columns(passes.device, passes.queue, frame.tile, columns));
+        let columns = columns.transpose()?;
         let mut table = buffers.table(&frame);
         if let Some(columns) = columns {
             (table.paths, table.path_stride) = (columns.address, columns.stride as u32);
@@ -166,7 +172,7 @@ impl Job {
         let world = frame
             .world
             .as_ref()
-            .map(|view| WorldPart::new(passes.device, &mut commands, passes.worlds, &frame, view, world, AHEAD as u64));
+            .map(|view| WorldPart::new(&mut commands, passes.worlds, passes.layout, &frame, view, world, AHEAD as u64));
         let world = match world.transpose() {
             Ok(world) => world,
             Err(error) => {
@@ -176,7 +182,7 @@ impl Job {
         };
         commands.full_barrier();
         passes.queue.submit(commands)?;
-        let layers = world.as_ref().map(|world| f64::from(world.layers()));
+        let pace = world.as_ref().and_then(|world| Some(world.pace(passes.worlds)? * f64::from(world.layers())));
         Ok(Self {
             ticket,
             sample: frame.samples.start,
@@ -186,7 +192,7 @@ impl Job {
             dispatches: 0,
             has_centers: false,
             flying: VecDeque::new(),
-            pace: layers.and_then(|layers| Some(passes.worlds.pace? * layers)),
+            pace,
             world,
             took: 0.0,
             last_done: Instant::now(),
@@ -249,9 +255,14 @@ impl Job {
         Ok(())
     }
 
-    /// Time that a dispatch should take at least. Frames of worlds are shown as they come: one should be a dispatch or two.
+    /// Layers of each sample.
+    fn layers(&self) -> u64 {
+        self.world.as_ref().map_or(1, |world| u64::from(world.layers()))
+    }
+
+    /// Time that a dispatch should take at least. Previews of worlds are shown as they come: one should be a dispatch or two.
     fn shortest(&self) -> Duration {
-        if self.world.is_some() { SHORTEST } else { Duration::ZERO }
+        if self.world.as_ref().is_some_and(WorldPart::is_preview) { SHORTEST } else { Duration::ZERO }
     }
 
     /// The next rows of the block, as many as take about a time.
@@ -261,7 +272,7 @@ impl Job {
         let is_quick = self.columns.is_some() && !device.info.is_software();
         let mut first = if is_quick { FIRST_STAGED } else { FIRST_SAMPLES };
         if let Some(world) = &self.world {
-            first = FIRST_RAYS / u64::from(world.layers());
+            first = if world.is_preview() { FIRST_RAYS } else { first } / u64::from(world.layers());
         }
         let samples = self.pace.map_or(first as f64, |pace| time.as_secs_f64() / pace);
         let mut rows = ((samples / a_row as f64) as u32).clamp(1, tile.height - self.row);
@@ -275,7 +286,7 @@ impl Job {
             rows,
             samples: a_row * u64::from(rows),
             taken: 0,
-            vertices: u64::from(end - self.sample) * u64::from(self.frame.max_depth),
+            vertices: u64::from(end - self.sample) * u64::from(self.frame.max_depth) * self.layers(),
             begun: false,
         }
     }
@@ -287,10 +298,13 @@ impl Job {
             None => self.next_dispatch(passes.device, time),
         };
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let target = match (&self.world, passes.tlas) {
-            (Some(world), _) => Target::World(world),
-            (None, Some(tlas)) => Target::Scene(tlas),
-            (None, None) => return Err(VulkanError::Limit("the scene of the frame is gone".to_owned())),
+        let sets = Sets { tlas: passes.tlas, images: passes.images };
+        let target = match &self.world {
+            None => Target::Scene(passes.pipeline),
+            Some(world) => match world.paths(passes.worlds) {
+                Some(tracer) => Target::World(world, tracer),
+                None => Target::Preview(world),
+            },
         };
         let (tile, end, rows) = (self.frame.tile, self.block_end(), dispatch.rows);
         let slot = self.slots % AHEAD as u32;
@@ -316,28 +330,38 @@ impl Job {
         };
         let size = (tile.width, rows);
         let mut is_handed_in = true;
-        let (device_rays, images) = (passes.pipeline, passes.images);
+        let mut vertices = (0, true);
+        if self.columns.is_some() {
+            let now = dispatch.vertices.min(VERTICES);
+            dispatch.vertices -= now;
+            is_handed_in = dispatch.vertices == 0;
+            vertices = (now as u32, is_handed_in);
+        }
         match target {
-            Target::World(world) => world.record(&mut commands, passes.worlds, Pass::Block, push, size),
-            Target::Scene(tlas) => match device_rays.staged() {
-                Some(pipeline) => {
-                    let vertices = dispatch.vertices.min(VERTICES);
-                    dispatch.vertices -= vertices;
-                    is_handed_in = dispatch.vertices == 0;
-                    let vertices = (vertices as u32, is_handed_in);
-                    pipeline.trace_vertices(&mut commands, tlas, images, &push, size, vertices);
-                }
-                None => device_rays.trace(&mut commands, Generation::Block, tlas, images, &push, size),
-            },
+            Target::Preview(world) => world.record(&mut commands, passes.worlds, Pass::Block, push, size),
+            Target::World(world, tracer) => {
+                let push = world.push(push, rows);
+                tracer.trace_vertices(&mut commands, &sets, bytemuck::bytes_of(&push), size, vertices);
+            }
+            Target::Scene(tracer) if tracer.is_staged() => {
+                tracer.trace_vertices(&mut commands, &sets, bytemuck::bytes_of(&push), size, vertices);
+            }
+            Target::Scene(tracer) => {
+                tracer.trace(&mut commands, Generation::Block, &sets, bytemuck::bytes_of(&push), size);
+            }
         }
         if !self.has_centers && buffers.film.centers.is_some() {
             // With the first rows; it is one ray a pixel.
             push.first_row = 0;
             let size = (tile.width, tile.height);
             match target {
-                Target::World(world) => world.record(&mut commands, passes.worlds, Pass::Centers, push, size),
-                Target::Scene(tlas) => {
-                    device_rays.trace(&mut commands, Generation::Centers, tlas, images, &push, size);
+                Target::Preview(world) => world.record(&mut commands, passes.worlds, Pass::Centers, push, size),
+                Target::World(world, tracer) => {
+                    let push = world.push(push, tile.height);
+                    tracer.trace(&mut commands, Generation::Centers, &sets, bytemuck::bytes_of(&push), size);
+                }
+                Target::Scene(tracer) => {
+                    tracer.trace(&mut commands, Generation::Centers, &sets, bytemuck::bytes_of(&push), size);
                 }
             }
         }
@@ -379,7 +403,7 @@ impl Job {
     /// Takes back what is done.
     fn collect(&mut self, passes: &mut Passes<'_>) -> Result<()> {
         let Some(buffers) = &self.buffers else { return Ok(()) };
-        let done = passes.queue.done()?;
+        let (done, layers) = (passes.queue.done()?, self.layers());
         while let Some(flight) = self.flying.pop_front_if(|flight| flight.submission <= done) {
             let at = flight.slot as usize * COUNTERS as usize;
             let counters: &[u32] = bytemuck::cast_slice(&buffers.read_counters.mapped()[at..at + COUNTERS as usize]);
@@ -394,7 +418,7 @@ impl Job {
             self.done += flight.samples;
             if let Some(dispatch) = self.dispatch.as_mut().filter(|dispatch| dispatch.number == flight.dispatch) {
                 dispatch.taken += of(0);
-                if dispatch.taken == dispatch.samples {
+                if dispatch.taken == dispatch.samples * layers {
                     dispatch.vertices = 0;
                 }
             }
@@ -409,8 +433,8 @@ impl Job {
             // The first dispatch of a device may compile its shaders: what is faster counts at once.
             self.pace =
                 Some(self.pace.map_or(pace, |before| if pace < before { pace } else { 0.7 * before + 0.3 * pace }));
-            if let Some(world) = &self.world {
-                passes.worlds.pace = self.pace.map(|pace| pace / f64::from(world.layers()));
+            if self.world.as_ref().is_some_and(WorldPart::is_preview) {
+                passes.worlds.pace = self.pace.map(|pace| pace / layers as f64);
             }
         }
         passes.queue.collect()

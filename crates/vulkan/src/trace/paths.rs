@@ -13,7 +13,9 @@ const MEMORY_SHARE: u64 = 64;
 const LEAST_PATHS: u64 = 1 << 16;
 const MOST_PATHS: u64 = 1 << 21;
 /// Columns of four numbers that are kept of a path; `Column` of the shaders.
-const COLUMNS: u64 = 15;
+pub(super) const COLUMNS: u64 = 15;
+/// The same where there is a world; `WorldColumn`.
+pub(super) const WORLD_COLUMNS: u64 = 21;
 /// Bytes of an element of a column.
 const ELEMENT: u64 = 16;
 /// The column with what is to be done with a path: `Column::THROUGHPUT`.
@@ -33,12 +35,18 @@ pub(super) struct Columns {
 }
 
 impl PathPool {
-    /// Room for the paths of a tile, or for as many as may be under way at a time.
-    pub(super) fn columns(&mut self, device: &Arc<Device>, queue: &mut Queue, tile: Tile) -> Result<Columns> {
+    /// Room for the paths of a tile, or for as many as may be under way at a time, of so many columns.
+    pub(super) fn columns(
+        &mut self,
+        device: &Arc<Device>,
+        queue: &mut Queue,
+        tile: Tile,
+        columns: u64,
+    ) -> Result<Columns> {
         let pixels = u64::from(tile.width) * u64::from(tile.height);
-        let room = device.info.memory / MEMORY_SHARE / (COLUMNS * ELEMENT);
+        let room = device.info.memory / MEMORY_SHARE / (columns * ELEMENT);
         let stride = pixels.min(room.clamp(LEAST_PATHS, MOST_PATHS).max(u64::from(tile.width)));
-        let size = COLUMNS * ELEMENT * stride;
+        let size = columns * ELEMENT * stride;
         let buffer = match self.0.take() {
             Some(buffer) if buffer.size >= size => buffer,
             old => {

@@ -7,7 +7,7 @@
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
 use super::compute::ShaderModule;
-use crate::abi::TracePush;
+use super::program::{Program, Stages};
 use crate::device::Device;
 use crate::error::{During, Result};
 use crate::memory::{Buffer, Commands, Place};
@@ -22,15 +22,6 @@ pub(crate) enum Generation {
     /// What the rays through pixel centres hit.
     Centers = 1,
 }
-
-/// The stages that trace no ray.
-struct Stages {
-    shade: vk::Pipeline,
-    light: vk::Pipeline,
-}
-
-/// Threads of a group of them: pixels side by side.
-const GROUP: u32 = 64;
 
 /// Shaders that see the push constants.
 const PUSHED: vk::ShaderStageFlags = vk::ShaderStageFlags::from_raw(
@@ -57,13 +48,13 @@ pub(crate) struct TracePipeline {
     generation: [vk::StridedDeviceAddressRegionKHR; 2],
     miss: vk::StridedDeviceAddressRegionKHR,
     hit: vk::StridedDeviceAddressRegionKHR,
-    stages: Option<Stages>,
+    stages: Stages,
 }
 
 impl TracePipeline {
-    /// Compiles it, for images of a layout.
-    pub fn new(device: &Arc<Device>, images: vk::DescriptorSetLayout) -> Result<Self> {
-        let what = "cannot make the ray tracing pipeline";
+    /// Compiles a program, for images of a layout.
+    pub(super) fn new(device: &Arc<Device>, images: vk::DescriptorSetLayout, program: &Program) -> Result<Self> {
+        let what = program.what;
         let none = vk::StridedDeviceAddressRegionKHR::default();
         let mut pipeline = Self {
             device: device.clone(),
@@ -74,37 +65,27 @@ impl TracePipeline {
             generation: [none; 2],
             miss: none,
             hit: none,
-            stages: None,
+            stages: Stages::NONE,
         };
         pipeline.tlas_layout = tlas_layout(device, vk::ShaderStageFlags::RAYGEN_KHR)?;
         let layouts = [pipeline.tlas_layout, images];
-        let push = [vk::PushConstantRange::default().stage_flags(PUSHED).size(size_of::<TracePush>() as u32)];
+        let push = [vk::PushConstantRange::default().stage_flags(PUSHED).size(program.push as u32)];
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
         // SAFETY: the device lives; what is made is destroyed when `pipeline` is dropped.
         pipeline.layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during(what)?;
 
-        let module = ShaderModule::new(device, crate::shaders::PATH)?;
-        let reorders = device.info.features.invocation_reorder;
-        let reordered = if reorders { Some(ShaderModule::new(device, crate::shaders::PATH_REORDER)?) } else { None };
-        if !reorders {
-            let module = ShaderModule::new(device, crate::shaders::PATH_STAGES)?;
-            let (shade, light) = (vk::Pipeline::null(), vk::Pipeline::null());
-            let stages = pipeline.stages.insert(Stages { shade, light });
-            stages.shade = module.compute_pipeline(c"shade_paths", pipeline.layout)?;
-            stages.light = module.compute_pipeline(c"light_paths", pipeline.layout)?;
-        }
+        pipeline.stages.make(device, program, pipeline.layout)?;
+        let hits = ShaderModule::new(device, crate::shaders::PATH)?;
+        let [(block, block_entry), (centers, centers_entry)] = program.rays;
+        let (block, centers) = (ShaderModule::new(device, block)?, ShaderModule::new(device, centers)?);
         let of = |module: &ShaderModule<'_>, stage, name| {
             vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module.raw).name(name)
         };
-        let stage = |stage, name| of(&module, stage, name);
+        let stage = |stage, name| of(&hits, stage, name);
         use vk::ShaderStageFlags as Stage;
-        let block = match &reordered {
-            Some(reordered) => of(reordered, Stage::RAYGEN_KHR, c"trace_block"),
-            None => stage(Stage::RAYGEN_KHR, c"trace_paths"),
-        };
         let stages = [
-            block,
-            stage(Stage::RAYGEN_KHR, c"trace_centers"),
+            of(&block, Stage::RAYGEN_KHR, block_entry),
+            of(&centers, Stage::RAYGEN_KHR, centers_entry),
             stage(Stage::MISS_KHR, c"missed"),
             stage(Stage::CLOSEST_HIT_KHR, c"hit_closest"),
             stage(Stage::ANY_HIT_KHR, c"hit_any"),
@@ -176,7 +157,7 @@ impl TracePipeline {
 
     /// Whether paths are traced in stages, by [`Self::trace_vertices`].
     pub fn is_staged(&self) -> bool {
-        self.stages.is_some()
+        self.stages.are_there()
     }
 
     /// Takes every path of `width` x `height` pixels over at most `vertices` vertices. With `last` it then settles those that
@@ -186,14 +167,13 @@ impl TracePipeline {
         commands: &mut Commands,
         tlas: &TlasSet,
         images: vk::DescriptorSet,
-        push: &TracePush,
+        push: &[u8],
         size: (u32, u32),
         (vertices, last): (u32, bool),
     ) {
-        let Some(stages) = &self.stages else { return };
         for _ in 0..vertices {
             self.trace(commands, Generation::Block, tlas, images, push, size);
-            for stage in [stages.shade, stages.light] {
+            for stage in self.stages.0 {
                 commands.shader_barrier();
                 self.compute(commands, stage, tlas, images, push, size);
             }
@@ -210,7 +190,7 @@ impl TracePipeline {
         pipeline: vk::Pipeline,
         tlas: &TlasSet,
         images: vk::DescriptorSet,
-        push: &TracePush,
+        push: &[u8],
         (width, height): (u32, u32),
     ) {
         let point = vk::PipelineBindPoint::COMPUTE;
@@ -219,8 +199,8 @@ impl TracePipeline {
             let raw = &self.device.raw;
             raw.cmd_bind_pipeline(commands.raw, point, pipeline);
             raw.cmd_bind_descriptor_sets(commands.raw, point, self.layout, 0, &[tlas.raw, images], &[]);
-            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, bytemuck::bytes_of(push));
-            raw.cmd_dispatch(commands.raw, width.div_ceil(GROUP), height, 1);
+            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, push);
+            raw.cmd_dispatch(commands.raw, Stages::groups(width), height, 1);
         }
     }
 
@@ -231,7 +211,7 @@ impl TracePipeline {
         generation: Generation,
         tlas: &TlasSet,
         images: vk::DescriptorSet,
-        push: &TracePush,
+        push: &[u8],
         (width, height): (u32, u32),
     ) {
         let point = vk::PipelineBindPoint::RAY_TRACING_KHR;
@@ -243,7 +223,7 @@ impl TracePipeline {
             let raw = &self.device.raw;
             raw.cmd_bind_pipeline(commands.raw, point, self.raw);
             raw.cmd_bind_descriptor_sets(commands.raw, point, self.layout, 0, &[tlas.raw, images], &[]);
-            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, bytemuck::bytes_of(push));
+            raw.cmd_push_constants(commands.raw, self.layout, PUSHED, 0, push);
             let (miss, hit) = (&self.miss, &self.hit);
             self.device.tracing.cmd_trace_rays(commands.raw, record, miss, hit, &callable, width, height, 1);
         }
@@ -255,9 +235,8 @@ impl Drop for TracePipeline {
         // SAFETY: the backend drops it after its queue's work is done. Null handles are let pass.
         unsafe {
             self.device.raw.destroy_pipeline(self.raw, None);
-            if let Some(stages) = &self.stages {
-                self.device.raw.destroy_pipeline(stages.shade, None);
-                self.device.raw.destroy_pipeline(stages.light, None);
+            for stage in self.stages.0 {
+                self.device.raw.destroy_pipeline(stage, None);
             }
             self.device.raw.destroy_pipeline_layout(self.layout, None);
             self.device.raw.destroy_descriptor_set_layout(self.tlas_layout, None);

@@ -4,14 +4,13 @@ use super::abi::WorldTable;
 use super::pipeline::{Pass, Variant, WorldPipelines};
 use super::view::{LayerRow, WorldFrame, WorldPush};
 use crate::abi::{Address, TracePush};
-use crate::device::Device;
 use crate::error::{Result, VulkanError};
 use crate::memory::{Buffer, Commands, Place};
+use crate::trace::RayTracer;
 use ash::vk;
 use orthant_resident::Frame;
 use orthant_resident::frame::Aov;
-use orthant_resident::world::{BlockRow, LeafRow, MutationBatch, WorldCounts, WorldView, rows};
-use std::sync::Arc;
+use orthant_resident::world::{BlockRow, LeafRow, MutationBatch, Shade, WorldCounts, WorldView, rows};
 
 /// Sets of eight counters of one dispatch; `COUNTER_SETS` of the shaders.
 const COUNTER_SETS: u64 = 64;
@@ -44,6 +43,8 @@ impl Contents {
 pub(crate) struct WorldSource {
     pub table: WorldTable,
     pub contents: Contents,
+    /// A frame shows the scene that is resident too.
+    pub with_scene: bool,
 }
 
 /// See the module.
@@ -51,20 +52,27 @@ pub(crate) struct WorldPart {
     buffer: Buffer,
     counters: Buffer,
     read_counters: Buffer,
-    variant: Variant,
+    shading: Shading,
     layers: u32,
 }
 
+/// How hits are shaded.
+#[derive(Clone, Copy)]
+enum Shading {
+    Preview(Variant),
+    Paths { with_scene: bool },
+}
+
 /// Where layers begin in the buffer: after the [`WorldFrame`].
-const LAYERS_AT: u64 = 256;
+const LAYERS_AT: u64 = 512;
 const _: () = assert!(size_of::<WorldFrame>() as u64 <= LAYERS_AT);
 
 impl WorldPart {
     /// Makes its buffers and pipelines, and has them filled by `commands`. `ahead` dispatches may be under way at once.
     pub fn new(
-        device: &Arc<Device>,
         commands: &mut Commands,
         pipelines: &mut WorldPipelines,
+        images: vk::DescriptorSetLayout,
         frame: &Frame,
         view: &WorldView,
         source: &WorldSource,
@@ -78,14 +86,21 @@ impl WorldPart {
             )));
         }
         let layers = view.layers.len() as u32;
-        let averaged = |aov: &Aov| matches!(aov, Aov::Albedo | Aov::Normal);
-        let variant = Variant {
-            has_media: source.contents.has_media,
-            has_chunks: source.contents.has_chunks,
-            has_averages: frame.aovs.iter().any(averaged),
-            layer_slots: pipelines.slots(layers),
+        let shading = if view.shade == Shade::Path {
+            pipelines.prepare_paths(images, source.with_scene)?;
+            Shading::Paths { with_scene: source.with_scene }
+        } else {
+            let averaged = |aov: &Aov| matches!(aov, Aov::Albedo | Aov::Normal);
+            let variant = Variant {
+                has_media: source.contents.has_media,
+                has_chunks: source.contents.has_chunks,
+                has_averages: frame.aovs.iter().any(averaged),
+                layer_slots: pipelines.slots(layers),
+            };
+            pipelines.prepare(variant, frame.aovs.iter().any(|aov| !averaged(aov)))?;
+            Shading::Preview(variant)
         };
-        pipelines.prepare(variant, frame.aovs.iter().any(|aov| !averaged(aov)))?;
+        let device = &pipelines.device().clone();
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
@@ -97,18 +112,42 @@ impl WorldPart {
         let table = WorldFrame {
             layers: buffer.address + LAYERS_AT,
             counters: counters.address,
+            place: if source.with_scene { frame.camera.position } else { [0.0; 3] },
             ..WorldFrame::new(view, source.table)
         };
         commands.update(buffer.raw, 0, bytemuck::bytes_of(&table));
         for (i, part) in rows.chunks(UPDATE).enumerate() {
             commands.update(buffer.raw, LAYERS_AT + (i * UPDATE) as u64, part);
         }
-        Ok(Self { buffer, counters, read_counters, variant, layers })
+        Ok(Self { buffer, counters, read_counters, shading, layers })
     }
 
     /// Layers of each sample.
     pub fn layers(&self) -> u32 {
         self.layers
+    }
+
+    /// Whether it is shaded without light transport.
+    pub fn is_preview(&self) -> bool {
+        matches!(self.shading, Shading::Preview(_))
+    }
+
+    /// What traces its paths, if it has any.
+    pub fn paths<'p>(&self, pipelines: &'p WorldPipelines) -> Option<&'p RayTracer> {
+        match self.shading {
+            Shading::Preview(_) => None,
+            Shading::Paths { with_scene } => pipelines.paths(with_scene),
+        }
+    }
+
+    /// Seconds that a ray is expected to take, if that is known.
+    pub fn pace(&self, pipelines: &WorldPipelines) -> Option<f64> {
+        pipelines.pace.filter(|_| self.is_preview())
+    }
+
+    /// The push constants of a dispatch of so many rows.
+    pub fn push(&self, trace: TracePush, rows: u32) -> WorldPush {
+        WorldPush { trace, world: self.address(), rows, reserved: 0 }
     }
 
     /// Of the [`WorldFrame`].
@@ -136,7 +175,7 @@ impl WorldPart {
         WorldCounts { rays: of(0), node_visits: of(1), leaf_visits: of(2), dda_steps: of(3), exhausted: of(4) }
     }
 
-    /// Records a pass over `rows` rows of the tile.
+    /// Records a pass of a preview over `rows` rows of the tile.
     pub fn record(
         &self,
         commands: &mut Commands,
@@ -145,7 +184,7 @@ impl WorldPart {
         trace: TracePush,
         (width, rows): (u32, u32),
     ) {
-        let push = WorldPush { trace, world: self.address(), rows, reserved: 0 };
-        pipelines.record(commands, pass, self.variant, push, width);
+        let Shading::Preview(variant) = self.shading else { return };
+        pipelines.record(commands, pass, variant, self.push(trace, rows), width);
     }
 }

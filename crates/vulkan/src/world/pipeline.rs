@@ -1,4 +1,4 @@
-//! Compute pipelines of worlds: one module, specialised by what a world has and what a frame asks for.
+//! Pipelines of worlds: those of the preview are one module, specialised by what a world has and what a frame asks for.
 
 #![allow(unsafe_code, reason = "Vulkan is a C interface")]
 
@@ -6,6 +6,7 @@ use super::view::WorldPush;
 use crate::device::Device;
 use crate::error::{During, Result};
 use crate::memory::Commands;
+use crate::trace::RayTracer;
 use crate::trace::compute::ShaderModule;
 use ash::vk;
 use std::collections::HashMap;
@@ -59,8 +60,10 @@ pub(crate) struct WorldPipelines {
     made: HashMap<(Pass, Variant), vk::Pipeline>,
     /// Threads that share the layers of a pixel, if that is not left to this module.
     pub layer_slots: Option<u32>,
-    /// Seconds that a ray took in the last frame.
+    /// Seconds that a ray of a preview took in the last frame.
     pub pace: Option<f64>,
+    /// What traces paths in a world, and what does in a world and a scene.
+    paths: [Option<RayTracer>; 2],
 }
 
 impl WorldPipelines {
@@ -71,7 +74,14 @@ impl WorldPipelines {
         let info = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&push);
         // SAFETY: the device lives.
         let layout = unsafe { device.raw.create_pipeline_layout(&info, None) }.during("cannot make a pipeline")?;
-        Ok(Self { device: device.clone(), layout, made: HashMap::new(), layer_slots: None, pace: None })
+        Ok(Self {
+            device: device.clone(),
+            layout,
+            made: HashMap::new(),
+            layer_slots: None,
+            pace: None,
+            paths: [None, None],
+        })
     }
 
     /// Threads that share the layers of a pixel. Pixels side by side in one layer stay closer together than the layers of one
@@ -81,19 +91,43 @@ impl WorldPipelines {
         self.layer_slots.unwrap_or(4).clamp(1, GROUP).min(most)
     }
 
-    /// Makes the pipelines of a variant, if they are not there yet.
+    /// Makes the pipelines of a variant, if they are not there yet; and that of samples where there are dense chunks too, so that the
+    /// first edit that makes one does not have a frame wait for it.
     pub fn prepare(&mut self, variant: Variant, centers: bool) -> Result<()> {
-        for pass in [Some(Pass::Block), centers.then_some(Pass::Centers)].into_iter().flatten() {
-            if self.made.contains_key(&(pass, variant)) {
-                continue;
-            }
-            let module = ShaderModule::new(&self.device, crate::shaders::WORLD_PREVIEW)?;
-            let Variant { has_media, has_chunks, has_averages, layer_slots } = variant;
-            let constants = [u32::from(has_media), u32::from(has_chunks), u32::from(has_averages), layer_slots];
-            let pipeline = module.specialized_pipeline(pass.entry(), self.layout, &constants)?;
-            self.made.insert((pass, variant), pipeline);
+        self.make(Pass::Block, variant)?;
+        self.make(Pass::Block, Variant { has_chunks: true, ..variant })?;
+        if centers { self.make(Pass::Centers, variant) } else { Ok(()) }
+    }
+
+    fn make(&mut self, pass: Pass, variant: Variant) -> Result<()> {
+        if self.made.contains_key(&(pass, variant)) {
+            return Ok(());
+        }
+        let module = ShaderModule::new(&self.device, crate::shaders::WORLD_PREVIEW)?;
+        let Variant { has_media, has_chunks, has_averages, layer_slots } = variant;
+        let constants = [u32::from(has_media), u32::from(has_chunks), u32::from(has_averages), layer_slots];
+        let pipeline = module.specialized_pipeline(pass.entry(), self.layout, &constants)?;
+        self.made.insert((pass, variant), pipeline);
+        Ok(())
+    }
+
+    /// Makes what traces paths, if it is not there yet, for images of a layout.
+    pub fn prepare_paths(&mut self, images: vk::DescriptorSetLayout, with_scene: bool) -> Result<()> {
+        let slot = &mut self.paths[usize::from(with_scene)];
+        if slot.is_none() {
+            *slot = Some(RayTracer::of_world(&self.device, images, with_scene)?);
         }
         Ok(())
+    }
+
+    /// What [`Self::prepare_paths`] has made.
+    pub fn paths(&self, with_scene: bool) -> Option<&RayTracer> {
+        self.paths[usize::from(with_scene)].as_ref()
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
     }
 
     /// Runs a pass over `width` columns and `push.rows` rows of the tile, in as many dispatches as the device's limits make

@@ -52,8 +52,8 @@ impl Worlds {
     }
 
     /// That set, and what rays have to reckon with in it.
-    pub fn source(&self) -> WorldSource {
-        WorldSource { table: self.active.table(), contents: self.active.contents }
+    pub fn source(&self, with_scene: bool) -> WorldSource {
+        WorldSource { table: self.active.table(), contents: self.active.contents, with_scene }
     }
 
     /// That frames cannot show the active set, if so.

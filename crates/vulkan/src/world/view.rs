@@ -44,6 +44,10 @@ pub struct WorldFrame {
     pub horizon: [f32; 3],
     /// Likewise.
     pub nadir: [f32; 3],
+    /// Where the anchor is for rays: the camera's position if the frame shows a scene too, else 0.
+    pub place: [f32; 3],
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// A layer. 96 bytes.

@@ -9,16 +9,23 @@ use orthant_resident::world::view::STEP_BUDGET;
 use orthant_resident::world::{ArenaLens, Combine, Layer, MutationBatch, SetSlot, Shade, WorldView};
 use orthant_resident::{Backend, Camera, Film, Frame, TicketStatus};
 use orthant_vulkan::VulkanBackend;
-use orthant_vulkan::device::DeviceOptions;
+use orthant_vulkan::device::{DeviceOptions, Tracer};
 use std::time::Duration;
 
 mod arenas;
+#[path = "../../../cpu/tests/common/mod.rs"]
+mod common;
+mod paths;
 mod preview;
 
 /// A device under the validation layers, or `None` where there is none and none has to be.
 fn device() -> Option<VulkanBackend> {
+    device_with(None)
+}
+
+fn device_with(tracer: Option<Tracer>) -> Option<VulkanBackend> {
     let required = std::env::var("ORTHANT_REQUIRE_VULKAN").is_ok_and(|v| v == "1");
-    match VulkanBackend::new(&DeviceOptions { validate: true, ..DeviceOptions::default() }) {
+    match VulkanBackend::new(&DeviceOptions { validate: true, tracer, ..DeviceOptions::default() }) {
         Ok(backend) => Some(backend),
         Err(error) if required => panic!("ORTHANT_REQUIRE_VULKAN is set: {error}"),
         Err(error) => {

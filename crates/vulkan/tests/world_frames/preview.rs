@@ -7,24 +7,24 @@ use orthant_resident::world::view::EXHAUSTED_COLOR;
 use orthant_resident::{Film, Frame};
 
 const SIZE: (u32, u32) = (48, 36);
-const ORIGIN: [i64; 4] = [0; 4];
+pub const ORIGIN: [i64; 4] = [0; 4];
 /// A million units away, on every axis another way.
 const FAR: [i64; 4] = [1_000_000 * UNIT, -1_000_000 * UNIT, 1_000_000 * UNIT, -1_000_000 * UNIT];
 
-const WORLD: Recipe =
+pub const WORLD: Recipe =
     Recipe { seed: 1, about: ORIGIN, reach: [4, 3, 4, 2], hollow: 1, percent: 12, has_media: false, is_flat: false };
-const GLASS: Recipe = Recipe { seed: 2, has_media: true, ..WORLD };
+pub const GLASS: Recipe = Recipe { seed: 2, has_media: true, ..WORLD };
 const FLAT: Recipe = Recipe { seed: 3, reach: [6, 2, 6, 0], percent: 35, is_flat: true, ..WORLD };
-const INTEGRAL: Mode = Mode::Integral { layers: 24, mix: 8.0 };
-const THICK: Mode = Mode::Thick { each_side: 3, degrees: 2.0 };
+pub const INTEGRAL: Mode = Mode::Integral { layers: 24, mix: 8.0 };
+pub const THICK: Mode = Mode::Thick { each_side: 3, degrees: 2.0 };
 
-fn turns(seed: u32) -> Turns {
+pub fn turns(seed: u32) -> Turns {
     let degrees = |k: u32| f64::from((seed * 7919 + k * 104_729) % 360);
     Turns { yaw: degrees(1), xw: degrees(2), zw: degrees(3), pitch: degrees(4) % 60.0 - 30.0 }
 }
 
 /// Pixels whose centres meet other blocks, faces or cells; the largest relative difference of the depths of the others.
-fn differing_hits(reference: &Film, test: &Film) -> (usize, f32) {
+pub fn differing_hits(reference: &Film, test: &Film) -> (usize, f32) {
     let [r, t] = [reference, test].map(|film| [Aov::Block, Aov::Face, Aov::Cell].map(|wanted| aov(film, wanted)));
     let pixels = aov(reference, Aov::Depth).len();
     let (mut differ, mut depth) = (0, 0.0_f32);
@@ -41,17 +41,17 @@ fn differing_hits(reference: &Film, test: &Film) -> (usize, f32) {
 }
 
 /// Pixels that differ by more than rounding, in any channel.
-fn differing_colors(reference: &[[f32; 3]], test: &[[f32; 3]]) -> usize {
+pub fn differing_colors(reference: &[[f32; 3]], test: &[[f32; 3]]) -> usize {
     let far = |(r, t): (&[f32; 3], &[f32; 3])| (0..3).any(|c| (r[c] - t[c]).abs() > 1e-4 * (1.0 + r[c].abs()));
     reference.iter().zip(test).filter(|&pair| far(pair)).count()
 }
 
-fn averaged(film: &Film, wanted: Aov) -> Vec<[f32; 3]> {
+pub fn averaged(film: &Film, wanted: Aov) -> Vec<[f32; 3]> {
     aov(film, wanted).chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()
 }
 
 /// Where `ORTHANT_KEEP_IMAGES` names a folder, images go there to be looked at.
-fn keep(name: &str, film: &Film) {
+pub fn keep(name: &str, film: &Film) {
     let Some(folder) = std::env::var_os("ORTHANT_KEEP_IMAGES") else { return };
     let byte = |v: f32| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
     let bytes = film.resolve().as_flattened().iter().map(|&v| byte(v)).collect();
