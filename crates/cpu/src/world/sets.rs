@@ -24,13 +24,9 @@ impl WorldSets {
         }
     }
 
-    pub fn begin_staging(&mut self, origin: [i64; 4], lens: ArenaLens) {
-        let mut staging = WorldArenas::new(origin);
-        staging.nodes.reserve_exact(lens.nodes as usize);
-        staging.leaves.reserve_exact(lens.leaves as usize);
-        staging.payload.reserve_exact(lens.payload as usize);
-        staging.palette.reserve_exact(lens.palette as usize);
-        self.staging = Some(staging);
+    /// Nothing is reserved: the first batch brings the lengths, and arenas take them at once, see [`WorldArenas::apply`].
+    pub fn begin_staging(&mut self, origin: [i64; 4], _lens: ArenaLens) {
+        self.staging = Some(WorldArenas::new(origin));
     }
 
     pub fn apply(&mut self, set: SetSlot, batch: &MutationBatch) -> Result<WorldApplied, BackendError> {
@@ -42,7 +38,8 @@ impl WorldSets {
     }
 
     pub fn swap(&mut self) -> Result<(), BackendError> {
-        self.active = self.staging.take().ok_or(BackendError::NoStagingSet)?;
+        let staging = self.staging.take().ok_or(BackendError::NoStagingSet)?;
+        drop_elsewhere(std::mem::replace(&mut self.active, staging));
         Ok(())
     }
 
@@ -52,5 +49,15 @@ impl WorldSets {
 
     pub fn bytes(&self, set: SetSlot) -> WorldBytes {
         self.get(set).map_or_else(WorldBytes::default, WorldArenas::bytes)
+    }
+}
+
+/// Gives the memory of a large set back on a thread of its own: that takes the system milliseconds, which no frame has.
+fn drop_elsewhere(old: WorldArenas) {
+    const SMALL: u64 = 4 << 20;
+    let bytes = old.bytes();
+    if bytes.nodes + bytes.leaves + bytes.payload > SMALL {
+        // Where there is no thread, the set was dropped with the closure.
+        drop(std::thread::Builder::new().name("orthant-drop".into()).spawn(move || drop(old)));
     }
 }

@@ -80,10 +80,10 @@ impl WorldArenas {
     pub fn apply(&mut self, batch: &MutationBatch) -> Result<WorldApplied, BatchRefused> {
         check_batch(batch, self.root, self.revision, self.lens())?;
         let lens = batch.lens;
-        self.nodes.resize(lens.nodes as usize, bytemuck::Zeroable::zeroed());
-        self.leaves.resize(lens.leaves as usize, bytemuck::Zeroable::zeroed());
-        self.payload.resize(lens.payload as usize, 0);
-        self.palette.resize(lens.palette as usize, bytemuck::Zeroable::zeroed());
+        grow(&mut self.nodes, lens.nodes);
+        grow(&mut self.leaves, lens.leaves);
+        grow(&mut self.payload, lens.payload);
+        grow(&mut self.palette, lens.palette);
         for &(slot, node) in &batch.node_writes {
             self.nodes[slot as usize] = node;
         }
@@ -100,6 +100,16 @@ impl WorldArenas {
         self.root = batch.new_root;
         self.revision = batch.new_revision;
         Ok(WorldApplied { bytes: batch.upload_bytes() })
+    }
+}
+
+/// Brings an arena to a length, with zeros. One that is empty gets memory that the system clears when it is first touched: the first
+/// batch of a large set brings all lengths, and costs what it writes.
+fn grow<T: Clone + bytemuck::Zeroable>(arena: &mut Vec<T>, len: u32) {
+    if arena.is_empty() {
+        *arena = bytemuck::allocation::zeroed_vec(len as usize);
+    } else {
+        arena.resize(len as usize, T::zeroed());
     }
 }
 
