@@ -11,8 +11,9 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Command buffers that may be under way at once; one more waits for the first.
-const IN_FLIGHT: usize = 16;
+/// Command buffers that may be under way at once; one more waits for the first. An edit of a world is one of its own, and a burst has
+/// dozens of them in each of the frames that the device is behind.
+const IN_FLIGHT: usize = 128;
 
 /// A queue of the device, or a share in it: two of these may hand work in to the same one, each in its own order.
 pub(crate) struct Queue {
