@@ -44,11 +44,11 @@ impl DerivedWorld {
         let regions: Vec<&Region> = world.regions().map(|(_, region)| region).collect();
         let drafts = regions.into_par_iter().with_min_len(256);
         let drafts = drafts.filter_map(|region| Draft::of_region(region, &options.clip)).collect();
-        Self::assemble(drafts, world.palette(), options)
+        Self::assemble(drafts, world.palette(), options, Builder::large())
     }
 
-    /// A derived world of these leaves, which share no point: for compaction, and for comparing encodings. Leaves that are air
-    /// or lie outside of the clip are left out.
+    /// A derived world of these leaves, which share no point, with the best tree that there is: for compaction, and for comparing
+    /// encodings. Leaves that are air or lie outside of the clip are left out.
     ///
     /// # Errors
     /// [`WorldError::Leaf`] for a leaf that leaves the cell of its chunk; [`WorldError::ArenaFull`].
@@ -62,10 +62,20 @@ impl DerivedWorld {
             check_leaf(leaf).map_err(|fault| WorldError::Leaf { index, fault })?;
         }
         let drafts = leaves.par_iter().with_min_len(256);
-        Self::assemble(drafts.filter_map(|leaf| Draft::new(leaf, &options.clip)).collect(), palette, options)
+        Self::assemble(
+            drafts.filter_map(|leaf| Draft::new(leaf, &options.clip)).collect(),
+            palette,
+            options,
+            Builder::best(),
+        )
     }
 
-    fn assemble(drafts: Vec<Draft>, palette: &Palette, options: &BuildOptions) -> Result<Self, WorldError> {
+    fn assemble(
+        drafts: Vec<Draft>,
+        palette: &Palette,
+        options: &BuildOptions,
+        builder: Builder,
+    ) -> Result<Self, WorldError> {
         full("leaves", drafts.len() as u64, options.max.leaves)?;
         full("nodes", drafts.len() as u64, options.max.nodes)?;
         let hull = drafts.par_iter().map(Draft::bounds).reduce_with(|about, bounds| about.hull(&bounds));
@@ -77,7 +87,7 @@ impl DerivedWorld {
 
         let boxes: Vec<_> =
             records.par_iter().with_min_len(1024).map(|record| space::outward(&record.bounds(), origin)).collect();
-        let mut tree = Bvh::build(&boxes, Builder::large()).expect("boxes of the space, each with an item of its own");
+        let mut tree = Bvh::build(&boxes, builder).expect("boxes of the space, each with an item of its own");
         drop(boxes);
         tree.take_writes();
         let nodes = tree.nodes().par_iter().with_min_len(1024).map(splice::node_row).collect();
