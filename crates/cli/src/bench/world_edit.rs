@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::fly::edits::Random;
 use crate::job::backend::{Asked, open};
 use orthant_render::world::live::{Budget, CompactionOptions, Diagnostics, LiveOptions, LiveWorld};
-use orthant_render::world::{BuildOptions, DerivedWorld};
+use orthant_render::world::{BuildOptions, DerivedWorld, Quality};
 use orthant_world::edit::fill_box;
 use orthant_world::{Aabb4, Block, Fixed, Point4};
 use std::time::{Duration, Instant};
@@ -40,14 +40,18 @@ fn measure(
     let n = world.region_count() as u64;
     let targets = Targets::of(&world.regions().map(|(_, region)| region.bounds).collect::<Vec<_>>());
 
-    let mut build = Measured::new("full_build", n).with("half_extent", half_extent);
     let one = if settings.threads == 0 { 1 } else { settings.threads };
-    for _ in 0..settings.runs {
-        let derived = on_pool(one, || build.time(|| DerivedWorld::build(&world, &BuildOptions::default())))?;
-        drop(derived.map_err(internal)?);
+    for (name, quality) in [("full_build", Quality::Fast), ("full_build_best", Quality::Best)] {
+        let mut build = Measured::new(name, n).with("half_extent", half_extent);
+        let options = BuildOptions { quality, ..BuildOptions::default() };
+        let mut cost = 0.0;
+        for _ in 0..settings.runs {
+            let derived = on_pool(one, || build.time(|| DerivedWorld::build(&world, &options)))?;
+            cost = derived.map_err(internal)?.sah_cost();
+        }
+        let rate = n as f64 / build.median_s().max(1e-12);
+        results.push(build.with("threads", one).with("leaves_per_s", rate).with("sah_cost", cost));
     }
-    let rate = n as f64 / build.median_s().max(1e-12);
-    results.push(build.with("threads", one).with("leaves_per_s", rate));
 
     let options = LiveOptions { compaction: CompactionOptions::ON_DEMAND, ..LiveOptions::default() };
     let live = LiveWorld::new(world, options).map_err(internal)?;
@@ -117,7 +121,8 @@ fn voxel_edits(rig: &mut Rig, targets: &Targets, n: u64, settings: Settings) -> 
     Ok(measured)
 }
 
-fn quantile(values: &mut [f64], q: f64) -> f64 {
+/// The value below which this share of the values lies; sorts them.
+pub fn quantile(values: &mut [f64], q: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[((values.len() - 1) as f64 * q) as usize]
 }

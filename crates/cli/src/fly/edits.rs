@@ -1,9 +1,8 @@
 //! Blocks that come and go: what a player, or a thousand of them, would do to a world.
 
-use crate::failure::Failure;
 use orthant_render::world::live::LiveWorld;
 use orthant_world::edit::fill_box;
-use orthant_world::{Aabb4, Block, BlockId, Fixed, Point4, Scale, WorldPatch};
+use orthant_world::{Aabb4, Block, BlockId, Fixed, Point4, Scale};
 use std::collections::VecDeque;
 
 /// Edits near the camera and far from it in a frame, each.
@@ -66,38 +65,34 @@ impl Churn {
     }
 
     /// The edits of a frame.
-    ///
-    /// # Errors
-    /// A world that is full (bad input).
-    pub fn step(&mut self, frame: u64, camera: Point4, live: &mut LiveWorld) -> Result<(), Failure> {
+    pub fn step(&mut self, frame: u64, camera: Point4, live: &mut LiveWorld) {
         for _ in 0..EACH {
-            self.place_near(camera, live)?;
-            self.break_far(live)?;
+            self.place_near(camera, live);
+            self.break_far(live);
         }
         if frame.is_multiple_of(BURST_EVERY) {
             for _ in 0..BURST / 2 {
-                self.place_near(camera, live)?;
-                self.break_far(live)?;
+                self.place_near(camera, live);
+                self.break_far(live);
             }
         }
         while self.undo.len() > KEPT {
             let Some((bounds, before)) = self.undo.pop_front() else { break };
-            apply(live, &fill_box(bounds, before))?;
+            live.offer_patch(fill_box(bounds, before));
         }
-        Ok(())
     }
 
     /// A block of any material near the camera.
-    fn place_near(&mut self, camera: Point4, live: &mut LiveWorld) -> Result<(), Failure> {
+    fn place_near(&mut self, camera: Point4, live: &mut LiveWorld) {
         let at = camera.0.map(|c| Fixed::from_raw((c.floor() + self.random.about(NEAR)) << Fixed::FRACTION_BITS));
         let material = self.materials[self.random.below(self.materials.len() as u64) as usize];
         self.edit(Point4(at), Block::of(material, Scale::UNIT), live)
     }
 
     /// Takes a block out of something solid, wherever it is.
-    fn break_far(&mut self, live: &mut LiveWorld) -> Result<(), Failure> {
+    fn break_far(&mut self, live: &mut LiveWorld) {
         if self.targets.is_empty() {
-            return Ok(());
+            return;
         }
         let target = self.targets[self.random.below(self.targets.len() as u64) as usize];
         let (min, max) = (target.min_raw(), target.max_raw());
@@ -108,22 +103,12 @@ impl Churn {
         self.edit(Point4::from_raw(at), Block::AIR, live)
     }
 
-    fn edit(&mut self, at: Point4, block: Block, live: &mut LiveWorld) -> Result<(), Failure> {
+    fn edit(&mut self, at: Point4, block: Block, live: &mut LiveWorld) {
         let max = at.raw().map(|c| c.saturating_add(Fixed::ONE.raw()));
         // At the end of space there is no room for a block.
-        let Ok(bounds) = Aabb4::from_raw(at.raw(), max) else { return Ok(()) };
+        let Ok(bounds) = Aabb4::from_raw(at.raw(), max) else { return };
         let before = live.world().block_at(at);
-        apply(live, &fill_box(bounds, block))?;
+        live.offer_patch(fill_box(bounds, block));
         self.undo.push_back((bounds, before));
-        Ok(())
     }
-}
-
-/// Applies a patch.
-///
-/// # Errors
-/// A patch that the world refuses (bad input).
-pub fn apply(live: &mut LiveWorld, patch: &WorldPatch) -> Result<(), Failure> {
-    let refused = |e: orthant_world::ApplyError| Failure::new(crate::failure::Exit::BadInput, e.to_string());
-    live.apply_patch(patch).map(|_| ()).map_err(refused)
 }

@@ -17,6 +17,7 @@ pub fn line(frame: &Diagnostics) -> Value {
         "coalesced": frame.coalesced,
         "patches": frame.patches,
         "noop_patches": frame.noop_patches,
+        "patches_waiting": frame.patches_waiting,
         "patch_ms": ms(frame.patch_ms),
         "edit_ms": ms(frame.edit_ms),
         "upload_bytes": frame.upload_bytes,

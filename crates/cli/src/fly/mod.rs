@@ -63,6 +63,7 @@ impl Flight {
 pub fn live_failure(error: LiveError) -> Failure {
     match error {
         LiveError::World(error) => world_failure(error),
+        LiveError::Patch(error) => Failure::new(crate::failure::Exit::BadInput, error.to_string()),
         LiveError::Backend(error) => backend_failure(error),
         rebuild @ LiveError::Rebuild { .. } => Failure::missing(rebuild.to_string()),
     }

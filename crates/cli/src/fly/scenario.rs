@@ -1,6 +1,6 @@
 //! What the camera and the patches do, frame by frame.
 
-use super::edits::{Churn, apply};
+use super::edits::Churn;
 use crate::failure::Failure;
 use orthant_render::world::live::LiveWorld;
 use orthant_render::world::view::{Steps, Turns, WorldCamera};
@@ -13,7 +13,7 @@ const RATE: f64 = 60.0;
 /// The least speed of a flight, in units a second.
 const SPEED: f64 = 50.0;
 /// Patches that a stream sends in a frame.
-const STREAM_PATCHES: u32 = 16;
+const STREAM_PATCHES: usize = 16;
 /// Why the compaction in the middle of `churn` is begun.
 const ASKED: &str = "asked for by the scenario";
 
@@ -89,7 +89,7 @@ impl Script {
             _ => self.fly(camera),
         }
         if let Some(churn) = &mut self.churn {
-            churn.step(self.frame, camera.position, live)?;
+            churn.step(self.frame, camera.position, live);
             if self.frame == self.frames / 2 {
                 live.request_compaction(ASKED);
             }
@@ -138,8 +138,11 @@ impl Stream {
             self.about = Some(position);
         }
         for _ in 0..STREAM_PATCHES {
+            if live.offered() >= STREAM_PATCHES {
+                break;
+            }
             let Some(patch) = self.source.next_patch() else { break };
-            apply(live, &patch)?;
+            live.offer_patch(patch);
         }
         Ok(())
     }

@@ -35,7 +35,7 @@ mod stats;
 mod validate;
 pub mod view;
 
-pub use build::BuildOptions;
+pub use build::{BuildOptions, Quality};
 pub use leaves::{Leaf, LeafContent, LeafSnapshot};
 pub use load::{LOAD_BATCH_BYTES, LoadBatches, load};
 pub use plan::{OpLimits, Plan, PlanCounts};

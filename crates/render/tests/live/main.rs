@@ -4,6 +4,7 @@ mod backend;
 mod camera;
 mod compaction;
 mod faults;
+mod offered;
 mod oracle;
 mod queue;
 mod stream;

@@ -4,7 +4,7 @@ use super::budget::Meter;
 use super::compaction::{Built, Gone, Job, Message, Run, Worker};
 use super::diagnostics::Diagnostics;
 use super::tick::Share;
-use super::{BuildOptions, LiveError, LiveWorld};
+use super::{BuildOptions, LiveError, LiveWorld, Quality};
 use orthant_resident::world::{MutationBatch, SetSlot};
 use orthant_resident::{Backend, BackendError};
 use std::time::Instant;
@@ -37,7 +37,9 @@ impl LiveWorld {
         let reason = self.broken.clone().or_else(|| self.schedule.asked.clone()).or_else(due);
         let Some(reason) = reason else { return };
         self.schedule.asked = None;
-        let options = BuildOptions { origin: None, ..self.options.build };
+        // A set that no longer follows is needed soon, and only then a good one.
+        let quality = if self.broken.is_some() { Quality::Fast } else { Quality::Best };
+        let options = BuildOptions { origin: None, quality, ..self.options.build };
         let job = Job {
             snapshot: self.derived.snapshot(),
             palette: self.world.palette().clone(),

@@ -158,6 +158,8 @@ pub struct Diagnostics {
     pub coalesced: u64,
     /// Patches since the frame before.
     pub patches: u64,
+    /// Patches that wait for the time of a frame.
+    pub patches_waiting: u64,
     /// Of those, patches that changed nothing.
     pub noop_patches: u64,
     /// Time of the world for these patches, in milliseconds.

@@ -30,11 +30,13 @@ pub use diagnostics::{
 };
 pub use queue::{EditQueue, Next, PATIENCE};
 
-use super::{BuildOptions, DerivedWorld, OpLimits, WorldError, load};
+use super::{BuildOptions, DerivedWorld, OpLimits, Quality, WorldError, load};
+use budget::Meter;
 use compaction::{Run, Schedule};
 use orthant_resident::{Backend, BackendError};
 use orthant_world::{Aabb4, Applied, ApplyError, Content, World, WorldPatch};
 use sah::SahMeter;
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -57,6 +59,9 @@ pub enum LiveError {
     /// The world is too large for its arenas.
     #[error(transparent)]
     World(#[from] WorldError),
+    /// A patch that was offered is refused. The world is as it was before it.
+    #[error(transparent)]
+    Patch(#[from] ApplyError),
     /// The backend failed for good.
     #[error(transparent)]
     Backend(#[from] BackendError),
@@ -99,6 +104,8 @@ pub struct LiveWorld {
     /// Why the active set no longer follows. It shows what it showed until a new one takes its place.
     broken: Option<String>,
     rebuilds: u64,
+    /// Patches that wait for the time of a tick, in their order.
+    offered: VecDeque<WorldPatch>,
     /// What happened since the last tick.
     pending: Pending,
     trace: Trace,
@@ -133,6 +140,7 @@ impl LiveWorld {
             schedule: Schedule::default(),
             broken: None,
             rebuilds: 0,
+            offered: VecDeque::new(),
             pending: Pending::default(),
             trace: Trace::default(),
         })
@@ -150,6 +158,29 @@ impl LiveWorld {
         let loaded = load(backend, &self.derived)?;
         self.resident = self.derived.mirror().revision;
         Ok(loaded.bytes)
+    }
+
+    /// Takes a patch for later: ticks apply what is offered, in its order, within half of the budget's time. So a burst of patches
+    /// costs no frame more than its share. A patch that is refused makes its tick an error, and the next ones go on.
+    pub fn offer_patch(&mut self, patch: WorldPatch) {
+        self.offered.push_back(patch);
+    }
+
+    /// Patches that wait for the time of a tick.
+    pub fn offered(&self) -> usize {
+        self.offered.len()
+    }
+
+    /// Applies what was offered, as far as the time goes, and one at least. Gives its milliseconds.
+    fn take_offered(&mut self, meter: &Meter) -> Result<f64, ApplyError> {
+        let before = self.pending.ms;
+        while let Some(patch) = self.offered.pop_front() {
+            self.apply_patch(&patch)?;
+            if !meter.has_room_within(0.5) {
+                break;
+            }
+        }
+        Ok(self.pending.ms - before)
     }
 
     /// Applies a patch to the world, at once, and queues what it changed.
@@ -220,7 +251,11 @@ impl LiveWorld {
 
     /// Whether the active set shows the world as it is, in as few pieces as it will, and nothing goes on in the background.
     pub fn is_settled(&self) -> bool {
-        self.queue.is_idle() && self.run.is_none() && self.broken.is_none() && self.schedule.asked.is_none()
+        self.offered.is_empty()
+            && self.queue.is_idle()
+            && self.run.is_none()
+            && self.broken.is_none()
+            && self.schedule.asked.is_none()
     }
 
     /// Whether a compaction or a rebuild is under way.

@@ -50,12 +50,14 @@ impl LiveWorld {
         self.frame += 1;
         self.trace = Trace::default();
         let mut meter = Meter::start(*budget);
+        let within = self.take_offered(&meter)?;
         let pending = std::mem::take(&mut self.pending);
         let mut frame = Diagnostics {
             frame: self.frame,
             patches: pending.patches,
             noop_patches: pending.noops,
             patch_ms: pending.ms,
+            patches_waiting: self.offered.len() as u64,
             coalesced: pending.coalesced,
             ..Diagnostics::default()
         };
@@ -76,7 +78,7 @@ impl LiveWorld {
             self.begin_compaction_if_due(&mut frame);
         }
         self.close(&mut frame);
-        frame.mutation_ms = pending.ms + meter.elapsed_ms();
+        frame.mutation_ms = pending.ms - within + meter.elapsed_ms();
         Ok(frame)
     }
 
