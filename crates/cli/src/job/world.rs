@@ -141,7 +141,7 @@ pub fn write_world(path: &Path, world: &World) -> Result<(), Failure> {
 }
 
 /// Numbers of blocks that the world has and its palette has not, in ascending order.
-pub fn unknown_blocks(world: &World) -> Vec<u16> {
+fn unknown_blocks(world: &World) -> Vec<u16> {
     let mut numbers = BTreeSet::new();
     for (_, region) in world.regions() {
         match &region.content {
@@ -151,6 +151,15 @@ pub fn unknown_blocks(world: &World) -> Vec<u16> {
     }
     let is_unknown = |id: &BlockId| *id != BlockId::AIR && world.palette().get(*id).is_none();
     numbers.into_iter().filter(is_unknown).map(|id| id.0).collect()
+}
+
+/// Warns once of blocks that the palette has no material of.
+pub fn warn_of_unknown_blocks(path: &Path, world: &World) {
+    let unknown: Vec<_> = unknown_blocks(world).iter().map(ToString::to_string).collect();
+    if !unknown.is_empty() {
+        let what = "the palette has no material of the blocks";
+        eprintln!("warning: {}: {what} {}, which are drawn in magenta", path.display(), unknown.join(", "));
+    }
 }
 
 /// Refuses an output whose extension is not that of a world file.

@@ -57,7 +57,15 @@ impl WorldShot {
                 let looks = args.yaw.is_some() || args.pitch.is_some();
                 let default = WorldCamera::DEFAULT_TURNS;
                 let turns = if looks { turns } else { Turns { yaw: default.yaw, pitch: default.pitch, ..turns } };
-                WorldCamera::framing(bounds, &turns, half_fov.tan(), aspect)
+                let camera = WorldCamera::framing(bounds, &turns, half_fov.tan(), aspect);
+                let reach = camera.reach(bounds);
+                if reach > f64::from(MAX_DISTANCE) && args.distance.is_none() {
+                    let what = format!(
+                        "the whole world is in view from {reach:.2e} units away, and a frame sees 1e9 units far"
+                    );
+                    return Err(Failure::usage(what).remedy("give --pos near what is to be seen"));
+                }
+                camera
             }
             (None, None) => WorldCamera::new(position(NOWHERE).unwrap_or_default(), &turns),
         };
@@ -134,7 +142,7 @@ fn mode(args: &WorldViewArgs, is_flat: impl FnOnce() -> bool) -> Result<Mode, Fa
     })
 }
 
-/// As far as the farthest corner of what is solid.
+/// As far as the farthest corner of what is solid, or as a frame can see.
 fn default_distance(at: Point4, solid: Option<&Aabb4>) -> f32 {
     let Some(bounds) = solid else { return EMPTY_DISTANCE };
     let reach = WorldCamera::new(at, &Turns::default()).reach(bounds) as f32;

@@ -4,6 +4,9 @@ use glam::Vec3;
 use orthant_resident::math::log2;
 use orthant_resident::world::Combine;
 
+/// Below this constant the mixture is linear: within `mix / 2` of the logarithm's.
+const LEAST_MIX: f32 = 1e-3;
+
 /// Sums up the layers of one sample, in their order.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerSum {
@@ -50,8 +53,8 @@ impl LayerSum {
             return Vec3::ZERO;
         }
         let share = self.weight / all;
-        let whole = log2(1.0 + mix);
-        let mixed = if whole > 0.0 { log2(1.0 + mix * share) / whole } else { share };
+        // Towards 0 the quotient is lost in rounding, and its limit is the share.
+        let mixed = if mix < LEAST_MIX { share } else { log2(1.0 + mix * share) / log2(1.0 + mix) };
         let mut color = Vec3::ZERO;
         if self.weight > 0.0 {
             color += self.hits / self.weight * mixed;

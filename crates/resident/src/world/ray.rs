@@ -21,10 +21,29 @@ pub fn plane_t(offset: f32, origin: f32, inverse: f32) -> f32 {
     (offset - origin) * inverse
 }
 
-/// `1 / d`, with |d| at least 1e-18 (under its sign): so that the slab test has neither infinities nor NaN. A component below
-/// that is as good as parallel: planes of its axis are then met beyond any distance that a frame may have.
+/// `1 / d`, or `1 / 1e-18` where |d| is below that: so that the slab test has neither infinities nor NaN. Such a component is as
+/// good as parallel: planes of its axis are then met beyond any distance that a frame may have. Its sign does not count (a sum of
+/// products may well be -0), and the ray runs upwards: what begins at the coordinate of the ray is met and what ends there is not, since
+/// boxes are half-open.
 #[inline]
 pub fn inverse_direction(d: f32) -> f32 {
     const LEAST: f32 = 1e-18;
-    1.0 / if d.abs() < LEAST { LEAST.copysign(d) } else { d }
+    1.0 / if d.abs() < LEAST { LEAST } else { d }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_along_a_plane_sees_what_begins_there_and_not_what_ends_there() {
+        for parallel in [0.0, -0.0, 1e-30, -1e-30] {
+            let inverse = inverse_direction(parallel);
+            let interval = |min: i64, max: i64| [min, max].map(|plane| plane_t(plane_offset(plane, 7), 0.0, inverse));
+            let [enter, leave] = interval(7, 7 + 65_536);
+            assert!(enter <= 0.0 && leave > 1e9, "{parallel}: {enter} {leave}");
+            let [enter, leave] = interval(7 - 65_536, 7);
+            assert!(enter < -1e9 && leave <= 0.0, "{parallel}: {enter} {leave}");
+        }
+    }
 }

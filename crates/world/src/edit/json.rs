@@ -11,7 +11,9 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(untagged)]
 pub enum BlockRef {
-    /// `"air"`, or a number: a block of the edit's scale. Or all of a block.
+    /// A number, or `"air"`: a block of the edit's scale.
+    Id(BlockId),
+    /// All of a block, which has a scale of its own.
     Block(Block),
     /// The name of a material of the palette.
     Name(String),
@@ -22,19 +24,29 @@ impl<'de> Deserialize<'de> for BlockRef {
         let value = serde_json::Value::deserialize(deserializer)?;
         match value {
             serde_json::Value::String(name) if name != "air" => Ok(Self::Name(name)),
-            other => serde_json::from_value(other).map(Self::Block).map_err(de::Error::custom),
+            serde_json::Value::String(_) => Ok(Self::Id(BlockId::AIR)),
+            id @ serde_json::Value::Number(_) => {
+                let id = id.as_u64().and_then(|id| u16::try_from(id).ok());
+                id.map(|id| Self::Id(BlockId(id))).ok_or_else(|| de::Error::custom("a block's number is 0 to 65535"))
+            }
+            block @ serde_json::Value::Object(_) => {
+                serde_json::from_value(block).map(Self::Block).map_err(de::Error::custom)
+            }
+            _ => {
+                Err(de::Error::custom("a block is \"air\", a number, a name, or {\"id\", \"orientation\", \"scale\"}"))
+            }
         }
     }
 }
 
 impl BlockRef {
-    /// The block, of this scale unless the reference says another.
+    /// The block, of this scale unless the reference says all of it.
     ///
     /// # Errors
     /// [`EditError::UnknownBlock`].
     pub fn resolve(&self, palette: &Palette, scale: Scale) -> Result<Block, EditError> {
         match self {
-            Self::Block(block) if *block == Block::of(block.id(), Scale::UNIT) => Ok(Block::of(block.id(), scale)),
+            Self::Id(id) => Ok(Block::of(*id, scale)),
             Self::Block(block) => Ok(*block),
             Self::Name(name) => {
                 let unknown = || EditError::UnknownBlock { name: name.clone() };
@@ -164,6 +176,9 @@ mod tests {
             r#"{"block":1}"#,
             r#"{"set":[1,2,3,4],"block":1,"scale":16}"#,
             r#"{"set":[1,2,3,4],"block":1,"size":2}"#,
+            r#"{"set":[1,2,3,4],"block":65536}"#,
+            r#"{"set":[1,2,3,4],"block":[1,0,0]}"#,
+            r#"{"set":[1,2,3,4],"block":null}"#,
         ] {
             assert!(read(bad).is_err(), "{bad}");
         }
@@ -177,6 +192,9 @@ mod tests {
         let named = |name: &str| serde_json::from_value::<BlockRef>(name.into()).unwrap().resolve(&palette, scale);
         assert_eq!(named("stone"), Ok(Block::of(id, scale)));
         assert_eq!(named("air"), Ok(Block::AIR));
+        let full = |json: &str| serde_json::from_str::<BlockRef>(json).unwrap().resolve(&palette, scale);
+        assert_eq!(full("7"), Ok(Block::of(BlockId(7), scale)));
+        assert_eq!(full(r#"{"id":7,"scale":0}"#), Ok(Block::of(BlockId(7), Scale::UNIT)), "what is said holds");
         assert!(matches!(named("moon"), Err(EditError::UnknownBlock { .. })));
     }
 }

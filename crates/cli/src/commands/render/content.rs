@@ -3,7 +3,7 @@
 use super::{is_world, moment};
 use crate::args::{Common, ModeArg, RenderArgs, ShadeArg};
 use crate::failure::Failure;
-use crate::job::world::unknown_blocks;
+use crate::job::world::warn_of_unknown_blocks;
 use crate::job::{LoadOptions, Loaded, LoadedWorld, WorldShot, camera, load, load_world, world_view};
 use crate::output::{Named, check_not_read};
 use glam::DVec3;
@@ -75,12 +75,7 @@ impl Content {
         if let Some(world) = &self.world {
             let path = world.path.display();
             world.print_warnings();
-            let unknown = unknown_blocks(&world.world);
-            if !unknown.is_empty() {
-                let numbers: Vec<_> = unknown.iter().map(ToString::to_string).collect();
-                let what = "the palette has no material of the blocks";
-                eprintln!("warning: {path}: {what} {}, which are drawn in magenta", numbers.join(", "));
-            }
+            warn_of_unknown_blocks(&world.path, &world.world);
             if world.world.region_count() == 0 {
                 eprintln!("warning: {path}: the world is empty");
             }

@@ -32,6 +32,8 @@ pub fn write_stats(path: &Path, plan: &Plan, work: &mut Rendering<'_>, times: &T
     let gpu = work.backend.stage_times().map_err(backend_failure)?;
     let Rendering { backend, spent, applied, upload, .. } = work;
     let bytes = backend.resident_bytes();
+    let world = backend.world_bytes(SetSlot::Active);
+    let world_bytes = world.nodes + world.leaves + world.payload + world.palette;
     let seconds = spent.time.as_secs_f64();
     let structures = applied.blas_time + applied.tlas_time;
     let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds * 1e-6 } else { 0.0 };
@@ -64,7 +66,7 @@ pub fn write_stats(path: &Path, plan: &Plan, work: &mut Rendering<'_>, times: &T
             "acceleration": bytes.acceleration,
             "images": bytes.images,
             "rows": bytes.rows,
-            "total": bytes.geometry + bytes.acceleration + bytes.images + bytes.rows,
+            "total": bytes.geometry + bytes.acceleration + bytes.images + bytes.rows + world_bytes,
         },
         "discarded_contributions": backend.discarded_contributions(),
         "gpu": gpu,

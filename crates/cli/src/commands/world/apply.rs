@@ -9,7 +9,7 @@ mod report;
 
 use crate::args::{ApplyArgs, Common};
 use crate::failure::{Exit, Failure};
-use crate::job::world::{check_extension, unknown_blocks, write_world};
+use crate::job::world::{check_extension, warn_of_unknown_blocks, write_world};
 use crate::job::{Progress, load_world};
 use crate::output::{Named, check_outputs, write_bytes};
 use follow::Follower;
@@ -81,11 +81,7 @@ pub fn run(args: &ApplyArgs, common: &Common) -> Result<(), Failure> {
     }
     progress.finish();
     if !common.quiet {
-        let unknown: Vec<_> = unknown_blocks(&world).iter().map(ToString::to_string).collect();
-        if !unknown.is_empty() {
-            let what = "the palette has no material of the blocks";
-            eprintln!("warning: {}: {what} {}, which are drawn in magenta", args.output.display(), unknown.join(", "));
-        }
+        warn_of_unknown_blocks(&args.output, &world);
         if refused > 0 {
             eprintln!("warning: {refused} patches were refused and left out");
         }

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::fly::{Camera, Flight, Scenario, Script, line::line};
 use crate::image_io::Display;
 use crate::job::backend::{Asked, backend_failure, open};
+use crate::job::world::warn_of_unknown_blocks;
 use crate::job::world_view::{WorldShot, build_options, world_failure};
 use crate::job::{Progress, load_world};
 use crate::output::{check_outputs, print, write_atomically};
@@ -33,6 +34,7 @@ pub fn run(args: &FlyArgs, common: &Common) -> Result<(), Failure> {
     let loaded = load_world(&args.world, false, common.max_memory())?;
     if !common.quiet {
         loaded.print_warnings();
+        warn_of_unknown_blocks(&loaded.path, &loaded.world);
     }
     let (mut flight, mut script) = prepare(args, common, loaded.world)?;
     if let Some(folder) = &args.images {
