@@ -2,7 +2,7 @@
 
 use crate::failure::{Exit, Failure};
 use crate::fly::live_failure;
-use crate::job::backend::{AnyBackend, backend_failure};
+use crate::job::backend::AnyBackend;
 use orthant_render::world::live::{Budget, Diagnostics, LiveWorld};
 use orthant_world::{Aabb4, Generator, Point4, RegionNode, RegionTree, World, WorldPatch};
 
@@ -47,7 +47,7 @@ impl Rig {
     /// # Errors
     /// Of the backend.
     pub fn new(mut live: LiveWorld, mut backend: AnyBackend) -> Result<Self, Failure> {
-        live.load(&mut *backend).map_err(backend_failure)?;
+        live.load(&mut *backend).map_err(live_failure)?;
         Ok(Self { live, backend })
     }
 

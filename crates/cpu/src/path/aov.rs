@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3};
 use orthant_resident::frame::Aov;
 use orthant_resident::rows::NONE;
 use orthant_resident::world::WorldCounts;
+use orthant_resident::world::ray::BEFORE_SCENE;
 
 /// What the ray through a pixel's centre (and the lens's) hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +79,7 @@ pub fn trace_center(tracer: &PathTracer, x: u32, y: u32, counts: &mut WorldCount
     let (mut ray, _) = layer.camera.camera_ray(center, Vec2::splat(0.5));
     let mut nearest = CenterHit::MISS;
     if let Some((t, hit)) = scene_center(tracer, &layer.camera, &ray) {
-        (ray.t_max, nearest) = (t, hit);
+        (ray.t_max, nearest) = (t * BEFORE_SCENE, hit);
     }
     world_center(world, layer, &ray, counts).unwrap_or(nearest)
 }

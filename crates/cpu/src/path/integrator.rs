@@ -20,6 +20,7 @@ use orthant_resident::backend::RayCounts;
 use orthant_resident::frame::Estimator;
 use orthant_resident::sampling::{DimensionSet, Sampler};
 use orthant_resident::world::WorldCounts;
+use orthant_resident::world::ray::BEFORE_SCENE;
 use orthant_resident::world::view::EXHAUSTED_COLOR;
 
 /// Most probability with which Russian roulette lets a path go on.
@@ -266,7 +267,7 @@ fn world_interaction(
 ) -> Passage {
     let Step { depth, ray, .. } = *step;
     let on_scene = scene_interaction(tracer, sampler, step);
-    let before = Ray { t_max: on_scene.map_or(ray.t_max, |found| found.t), ..*ray };
+    let before = Ray { t_max: on_scene.map_or(ray.t_max, |found| found.t * BEFORE_SCENE), ..*ray };
     let world_ray = world.ray(layer, &before);
     let transit = trace_ray(&world.scene, &world_ray, &mut counts.world);
     let found = match transit.end {

@@ -26,6 +26,7 @@ impl WorldSets {
 
     /// Nothing is reserved: the first batch brings the lengths, and arenas take them at once, see [`WorldArenas::apply`].
     pub fn begin_staging(&mut self, origin: [i64; 4], _lens: ArenaLens) {
+        self.drop_staging();
         self.staging = Some(WorldArenas::new(origin));
     }
 
@@ -44,7 +45,9 @@ impl WorldSets {
     }
 
     pub fn drop_staging(&mut self) {
-        self.staging = None;
+        if let Some(staging) = self.staging.take() {
+            drop_elsewhere(staging);
+        }
     }
 
     pub fn bytes(&self, set: SetSlot) -> WorldBytes {

@@ -5,7 +5,8 @@ use super::palette::PaletteStore;
 use super::payload::{PayloadEdit, PayloadStore, encode};
 use super::{DerivedWorld, Head, WorldError, full, space, splice};
 use orthant_bvh::{Builder, Bvh, NodeWrites};
-use orthant_resident::world::rows::{LeafRow, NO_PAYLOAD, Root};
+use orthant_resident::world::arenas::slack;
+use orthant_resident::world::rows::{LeafRow, NO_PAYLOAD, Root, WorldNode};
 use orthant_resident::world::{ArenaLens, WorldArenas};
 use orthant_world::{Aabb4, Lattice, Palette, Point4, Region, World};
 use rayon::prelude::*;
@@ -69,8 +70,8 @@ impl DerivedWorld {
         )
     }
 
-    /// A derived world of these leaves, which share no point; [`Quality::Best`] is the best tree that there is: for compaction, and for comparing
-    /// encodings. Leaves that are air or lie outside of the clip are left out.
+    /// A derived world of these leaves, which share no point; [`Quality::Best`] is the best tree that there is: for compaction,
+    /// and for comparing encodings. Leaves that are air or lie outside of the clip are left out.
     ///
     /// # Errors
     /// [`WorldError::Leaf`] for a leaf that leaves the cell of its chunk; [`WorldError::ArenaFull`].
@@ -115,8 +116,12 @@ impl DerivedWorld {
         let mut tree = Bvh::build(&boxes, builder).expect("boxes of the space, each with an item of its own");
         drop(boxes);
         tree.take_writes();
-        let nodes = tree.nodes().par_iter().with_min_len(1024).map(splice::node_row).collect();
-        let leaves: Vec<LeafRow> = records.iter().map(|record| record.row).collect();
+        // Edits that come later are to move nothing as a whole.
+        tree.reserve(slack(records.len()));
+        let mut nodes: Vec<WorldNode> = tree.nodes().par_iter().with_min_len(1024).map(splice::node_row).collect();
+        let mut leaves: Vec<LeafRow> = records.iter().map(|record| record.row).collect();
+        nodes.reserve(slack(nodes.len()));
+        leaves.reserve(slack(leaves.len()));
         let root = tree.root().map_or(Root::EMPTY, |id| Root::node(id.0));
         let mirror = WorldArenas { origin, root, revision: 1, nodes, leaves, payload, palette: Vec::new() };
         let mut derived = Self {
@@ -150,7 +155,9 @@ fn place_chunks(drafts: Vec<Draft>, max: u32) -> Result<(Vec<LeafRecord>, Payloa
     store.check_room(edit.fresh_units(&store), max)?;
     let placed = store.place(&mut edit);
     let encoded: Vec<_> = placed.par_iter().with_min_len(16).map(|(first, dense)| (*first, encode(dense))).collect();
-    let mut payload = vec![0; store.end_words() as usize];
+    let mut payload = Vec::new();
+    payload.reserve_exact(store.end_words() as usize + slack(store.end_words() as usize));
+    payload.resize(store.end_words() as usize, 0);
     for (first, words) in encoded {
         payload[first as usize..first as usize + words.len()].copy_from_slice(&words);
     }

@@ -51,6 +51,10 @@ struct Search<'a> {
     stale: Vec<u32>,
     wanted: Vec<(RegionId, Aabb4)>,
     wanted_chunks: usize,
+    /// Leaves or regions that may be looked at for one of the other kind.
+    most: usize,
+    /// Whether one overlaps more of them than that.
+    is_over: bool,
 }
 
 /// Searches from a box.
@@ -77,6 +81,8 @@ pub(super) fn find(
         stale: Vec::new(),
         wanted: Vec::new(),
         wanted_chunks: 0,
+        most: LOOKS * limits.leaves,
+        is_over: false,
     };
     // A region within one leaf overlaps no other.
     let only_leaf = |bounds: &Aabb4| match leaves.as_slice() {
@@ -101,7 +107,8 @@ impl Search<'_> {
             let looked_at = self.seen_leaves.len() + self.seen_regions.len();
             if self.stale.len() + self.wanted.len() > limits.leaves
                 || self.wanted_chunks > limits.chunks
-                || looked_at > LOOKS * limits.leaves
+                || looked_at > self.most
+                || self.is_over
             {
                 return false;
             }
@@ -117,7 +124,10 @@ impl Search<'_> {
         let bounds = leaf.bounds();
         let regions = match hint.and_then(|id| region_bounds(self.derived, self.world, id)) {
             Some(only) => vec![only],
-            None => regions_in(self.derived, self.world, &bounds, usize::MAX).unwrap_or_default(),
+            None => match regions_in(self.derived, self.world, &bounds, self.most) {
+                Some(regions) => regions,
+                None => return self.is_over = true,
+            },
         };
         for (id, part) in &regions {
             if self.world.region(*id).is_some_and(|region| leaf.is_of(region, part)) {
@@ -140,7 +150,10 @@ impl Search<'_> {
         let Some(region) = self.world.region(id) else { return };
         let leaves = match hint {
             Some(only) => vec![only],
-            None => leaves_in(self.derived, &bounds, usize::MAX).unwrap_or_default(),
+            None => match leaves_in(self.derived, &bounds, self.most) {
+                Some(leaves) => leaves,
+                None => return self.is_over = true,
+            },
         };
         for &slot in &leaves {
             if self.derived.leaves.get(slot).is_some_and(|leaf| leaf.is_of(region, &bounds)) {

@@ -15,6 +15,8 @@ pub struct Arenas {
     pub refuse_active: u32,
     /// Batches for the staging set that are refused from now on.
     pub refuse_staging: u32,
+    /// Whether the device is gone.
+    pub is_lost: bool,
     /// Batches, stagings and swaps so far.
     pub commands: u64,
 }
@@ -68,6 +70,9 @@ impl Backend for Arenas {
 
     fn apply_world(&mut self, set: SetSlot, batch: &MutationBatch) -> Result<WorldApplied, BackendError> {
         self.commands += 1;
+        if self.is_lost {
+            return Err(BackendError::Lost("told to be lost".to_owned()));
+        }
         let (arenas, refuse) = match set {
             SetSlot::Active => (&mut self.active, &mut self.refuse_active),
             SetSlot::Staging => (self.staging.as_mut().ok_or(BackendError::NoStagingSet)?, &mut self.refuse_staging),

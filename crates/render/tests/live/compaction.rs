@@ -49,6 +49,29 @@ fn compaction_under_edits_ends_with_a_swap_and_every_frame_shows_what_it_should(
 }
 
 #[test]
+fn compaction_ends_although_edits_never_do_and_the_budget_is_small() {
+    for operations in [1, 2, 4] {
+        let mut rig = Rig::new(platforms(352), on_demand());
+        let mut random = Random(17);
+        rig.live.request_compaction("a test asks");
+        let budget = Budget { operations, ..Budget::UNLIMITED };
+        // More edits than operations in every frame: the queue is never empty.
+        let finished = (0..5_000).find(|_| {
+            churn(&mut rig, &mut random, 2 * operations);
+            if rig.live.is_compacting() {
+                std::thread::sleep(std::time::Duration::from_micros(100));
+            }
+            rig.tick_unchecked(&budget).compaction.swapped
+        });
+        assert!(finished.is_some(), "{operations} operations a frame: it replays for ever");
+        rig.check();
+        let before = rig.live.queue().dirty().len();
+        (0..8).for_each(|_| drop(rig.tick(&budget)));
+        assert!(rig.live.queue().dirty().len() < before, "edits go on");
+    }
+}
+
+#[test]
 fn a_compacted_set_is_packed_and_as_good_as_a_fresh_one() {
     let mut rig = Rig::new(platforms(704), on_demand());
     let mut random = Random(13);

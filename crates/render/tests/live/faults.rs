@@ -98,6 +98,24 @@ fn a_full_arena_is_compacted_and_then_has_room() {
 }
 
 #[test]
+fn another_backend_takes_the_place_of_one_that_was_lost_in_the_midst_of_an_edit() {
+    let mut rig = Rig::new(platforms(352), on_demand());
+    rig.set([1, 50, 1, 1], 3);
+    rig.settle(&Budget::UNLIMITED);
+    rig.set([2, 51, 1, 1], 4);
+    rig.set([9, 50, 90, 1], 5);
+    rig.backend.is_lost = true;
+    let lost = rig.live.tick(&mut rig.backend, rig.camera, &Budget::UNLIMITED);
+    assert!(matches!(lost, Err(LiveError::Backend(_))), "{lost:?}");
+    rig.backend = super::Arenas::default();
+    rig.live.load(&mut rig.backend).expect("a new backend");
+    rig.shadow = super::Shadow::new(rig.live.world());
+    rig.check();
+    rig.set([3, 52, 1, 1], 6);
+    rig.settle(&Budget::UNLIMITED);
+}
+
+#[test]
 fn a_rebuild_that_cannot_be_made_ends_with_an_error_and_the_picture_as_it_was() {
     let mut rig = Rig::new(platforms(352), on_demand());
     rig.set([1, 50, 1, 1], 3);

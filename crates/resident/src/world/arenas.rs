@@ -103,11 +103,17 @@ impl WorldArenas {
     }
 }
 
+/// Rows of room for edits in an arena that is made with so many: an eighth of them, and some.
+pub const fn slack(rows: usize) -> usize {
+    rows / 8 + 1024
+}
+
 /// Brings an arena to a length, with zeros. One that is empty gets memory that the system clears when it is first touched: the first
-/// batch of a large set brings all lengths, and costs what it writes.
+/// batch of a large set brings all lengths, and costs what it writes. There is room for [`slack`], so that the edits after it move nothing.
 fn grow<T: Clone + bytemuck::Zeroable>(arena: &mut Vec<T>, len: u32) {
     if arena.is_empty() {
-        *arena = bytemuck::allocation::zeroed_vec(len as usize);
+        *arena = bytemuck::allocation::zeroed_vec(len as usize + slack(len as usize));
+        arena.truncate(len as usize);
     } else {
         arena.resize(len as usize, T::zeroed());
     }

@@ -31,6 +31,10 @@ pub fn inverse_direction(d: f32) -> f32 {
     1.0 / if d.abs() < LEAST { LEAST } else { d }
 }
 
+/// Where a ray meets a model scene too, the world is looked at up to this part of the way: surfaces of both in one plane are the
+/// scene's, on every device, and not of whose arithmetic is nearer by a few ulp.
+pub const BEFORE_SCENE: f32 = 1.0 - 1.0 / 65_536.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,6 +3,7 @@
 use crate::args::values::WorldPoint;
 use crate::args::{Common, FlyArgs, ScenarioArg, ShadeArg, WorldViewArgs};
 use crate::failure::Failure;
+use crate::fly::live_failure;
 use crate::fly::{Camera, Flight, Scenario, Script, line::line};
 use crate::image_io::Display;
 use crate::job::backend::{Asked, backend_failure, open};
@@ -81,11 +82,12 @@ fn prepare(args: &FlyArgs, common: &Common, world: World) -> Result<(Flight, Scr
         quiet: common.quiet,
         ..Asked::new(args.backend, args.device.as_deref())
     })?;
+    backend.measure_stages();
     backend.set_environment(environment).map_err(backend_failure)?;
     let (world, source) = Script::worlds(scenario, world);
     let build = build_options(clip, common.max_memory());
     let mut live = LiveWorld::new(world, LiveOptions { build, ..LiveOptions::default() }).map_err(world_failure)?;
-    live.load(&mut *backend).map_err(backend_failure)?;
+    live.load(&mut *backend).map_err(live_failure)?;
     let script = Script::new(scenario, args.frames, half_extent, args.seed.into(), &live, source);
     let budget = Budget {
         ms: args.budget_ms.map_or(Budget::default().ms, f64::from),

@@ -3,6 +3,7 @@
 use super::budget::Meter;
 use super::compaction::{Built, Gone, Job, Message, Run, Worker};
 use super::diagnostics::Diagnostics;
+use super::tick::MATERIALS;
 use super::tick::Share;
 use super::{BuildOptions, LiveError, LiveWorld, Quality};
 use orthant_resident::world::{MutationBatch, SetSlot};
@@ -166,7 +167,8 @@ impl LiveWorld {
         frame: &mut Diagnostics,
     ) -> Result<Option<Step>, LiveError> {
         if !run.palette.is_empty() {
-            let ids: Vec<_> = std::mem::take(&mut run.palette).into_iter().collect();
+            let ids: Vec<_> = run.palette.iter().copied().take(MATERIALS).collect();
+            run.palette.retain(|id| !ids.contains(id));
             return match built.derived.plan_palette(&self.world, &ids) {
                 Ok(batch) => follow(built, &batch, backend, meter, frame).map(Some),
                 Err(full) => Ok(Some(Step::GiveUp(full.to_string()))),
@@ -209,6 +211,7 @@ impl LiveWorld {
             self.queue.push_untidy(bounds, self.frame);
         }
         self.broken = None;
+        self.schedule.failed_rebuilds = 0;
         self.schedule.finish();
         self.trace.swapped = true;
         frame.compaction.swapped = true;
@@ -225,8 +228,9 @@ impl LiveWorld {
     ) -> Result<(), LiveError> {
         backend.drop_staging();
         self.schedule.pause(self.frame, &self.options.compaction);
-        let tries = self.schedule.failures;
         if run.is_rebuild {
+            self.schedule.failed_rebuilds += 1;
+            let tries = self.schedule.failed_rebuilds;
             if tries >= TRIES {
                 return Err(LiveError::Rebuild { tries, reason });
             }

@@ -149,11 +149,18 @@ impl LiveWorld {
     /// Makes a backend show what is derived: at the beginning, and in the place of a backend that was lost. Gives the bytes.
     ///
     /// # Errors
-    /// Of the backend.
-    pub fn load(&mut self, backend: &mut dyn Backend) -> Result<u64, BackendError> {
+    /// [`LiveError`]: of the backend, or of a world that has become too large.
+    pub fn load(&mut self, backend: &mut dyn Backend) -> Result<u64, LiveError> {
         // A staging set that was being filled is not the new backend's.
         if let Some(run) = self.run.take() {
             run.discard();
+        }
+        if self.broken.is_some() {
+            // What was planned last did not arrive.
+            self.derived = DerivedWorld::build(&self.world, &self.options.build)?;
+            self.sah = SahMeter::new(self.derived.mirror());
+            self.queue = EditQueue::new(self.options.patience.unwrap_or(PATIENCE));
+            self.broken = None;
         }
         let loaded = load(backend, &self.derived)?;
         self.resident = self.derived.mirror().revision;
@@ -204,6 +211,10 @@ impl LiveWorld {
             }
         }
         self.queue.push_palette(&applied.palette);
+        if let Some(run) = &mut self.run {
+            // Before any box of theirs is replayed.
+            run.palette.extend(&applied.palette);
+        }
         self.pending.ms += start.elapsed().as_secs_f64() * 1e3;
         Ok(applied)
     }

@@ -1,5 +1,6 @@
 //! [`SahMeter`]: the surface area heuristic of a resident tree, kept up to date by its batches.
 
+use orthant_resident::world::arenas::slack;
 use orthant_resident::world::{MutationBatch, Root, WorldArenas, WorldNode};
 
 /// The cost of a tree by the surface area heuristic (node steps and leaf tests of a ray that hits the bounds, each 1), at a cost
@@ -17,7 +18,8 @@ pub(super) struct SahMeter {
 impl SahMeter {
     /// Reads a whole set that was just made, without free nodes.
     pub fn new(arenas: &WorldArenas) -> Self {
-        let of_node: Vec<f64> = arenas.nodes.iter().map(half_areas).collect();
+        let mut of_node = Vec::with_capacity(arenas.nodes.len() + slack(arenas.nodes.len()));
+        of_node.extend(arenas.nodes.iter().map(half_areas));
         let sum = of_node.iter().sum();
         let mut meter = Self { of_node, sum, root: root_area(arenas.root, |slot| arenas.nodes[slot]), baseline: 0.0 };
         meter.baseline = meter.cost();

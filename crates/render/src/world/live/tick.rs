@@ -2,6 +2,7 @@
 
 use super::boxes::Waiting;
 use super::budget::Meter;
+use super::compaction::Run;
 use super::diagnostics::{ArenaCounts, CompactionState, Diagnostics, Occupancies, Occupancy, Revisions};
 use super::queue::Next;
 use super::{Budget, LiveError, LiveWorld, Trace};
@@ -13,7 +14,7 @@ use orthant_world::{Aabb4, Point4};
 use std::time::Instant;
 
 /// Materials that are written by one operation.
-const MATERIALS: usize = 64;
+pub(super) const MATERIALS: usize = 64;
 
 /// How far the operations of a frame may go in the budget.
 #[derive(Clone, Copy, PartialEq)]
@@ -63,6 +64,10 @@ impl LiveWorld {
         };
         self.begin_compaction_if_due(&mut frame);
         if !self.compaction_needs_frames() {
+            self.edits(backend, camera, &mut meter, Share::All, &mut frame)?;
+        } else if self.run.as_mut().is_some_and(Run::is_stalled) {
+            // Every edit leaves boxes to replay: without this a small budget would replay for ever.
+            self.compact(backend, &mut meter, Share::All, &mut frame)?;
             self.edits(backend, camera, &mut meter, Share::All, &mut frame)?;
         } else if self.frame.is_multiple_of(2) {
             self.edits(backend, camera, &mut meter, Share::Half, &mut frame)?;
@@ -222,7 +227,11 @@ impl LiveWorld {
         }
         let applied = match backend.apply_world(SetSlot::Active, batch) {
             Ok(applied) => applied,
-            Err(gone @ (BackendError::Lost(_) | BackendError::Device(_))) => return Err(gone.into()),
+            Err(gone @ (BackendError::Lost(_) | BackendError::Device(_))) => {
+                // The leaves are ahead of the mirror now: `load` starts from the world.
+                self.broken = Some(gone.to_string());
+                return Err(gone.into());
+            }
             Err(refused) => return self.break_off(format!("the backend refused a batch: {refused}"), frame),
         };
         self.resident = batch.new_revision;

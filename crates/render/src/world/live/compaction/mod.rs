@@ -93,6 +93,8 @@ pub(super) struct Run {
     pub untidy: Vec<orthant_world::Aabb4>,
     /// Materials that changed since the snapshot.
     pub palette: BTreeSet<BlockId>,
+    /// The fewest boxes that were ever left to replay, and the frames since then.
+    pub progress: (usize, u32),
     /// Whether the active set no longer follows: then frames show it as it is until the swap.
     pub is_rebuild: bool,
 }
@@ -106,8 +108,21 @@ impl Run {
             backlog: BoxSet::default(),
             untidy: Vec::new(),
             palette: BTreeSet::new(),
+            progress: (usize::MAX, 0),
             is_rebuild,
         }
+    }
+
+    /// Whether edits keep up with what is replayed: then they have to wait until it is done. Counts a frame.
+    pub fn is_stalled(&mut self) -> bool {
+        const PATIENCE: u32 = 32;
+        let (least, frames) = &mut self.progress;
+        if self.built.is_none() || self.backlog.len() < *least {
+            (*least, *frames) = (self.backlog.len(), 0);
+        } else {
+            *frames += 1;
+        }
+        *frames > PATIENCE
     }
 
     /// Gives it up.
@@ -136,6 +151,8 @@ pub(super) struct Schedule {
     pub not_before: u64,
     /// Times in a row that one was given up.
     pub failures: u32,
+    /// Times in a row that a rebuild was.
+    pub failed_rebuilds: u32,
     pub finished: u64,
     pub discarded: u64,
 }
