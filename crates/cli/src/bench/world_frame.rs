@@ -79,8 +79,8 @@ fn flight(camera: Camera, n: u64, rig: &mut Rig) -> Result<Measured, Failure> {
             let start = Instant::now();
             let mut edit = Duration::ZERO;
             if pass == 2 {
-                // Through the platform below, near the camera.
-                let cell: [i32; 4] = [frame as i32 % 64 - 32, -8, frame as i32 / 64 * 2 - 8, 0];
+                // In the platform below, near the camera; each flight has a layer of its own.
+                let cell: [i32; 4] = [frame as i32 % 64 - 32, -8, frame as i32 / 64 * 2 - 8, (n % 97) as i32];
                 let bounds = Aabb4::from_ints(cell, cell.map(|c| c + 1)).map_err(internal)?;
                 rig.patch(&fill_box(bounds, Block::AIR))?;
                 edit = start.elapsed();

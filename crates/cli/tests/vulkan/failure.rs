@@ -100,14 +100,6 @@ fn a_batch_that_fails_at_any_allocation_leaves_a_backend_that_can_be_loaded_agai
     let path = folder.path().join("grid.glb");
     let (_, small) = scenes::all().remove(1);
     let device = vulkan.vulkan_device().clone();
-    // So that nothing of earlier scenes is still in use.
-    let settle = |vulkan: &mut VulkanBackend| {
-        vulkan.clear().expect("the device works");
-        vulkan.read_back().expect("the device works");
-        vulkan.clear().expect("the device works");
-        vulkan.read_back().expect("the device works");
-        (device.used(), device.allocated())
-    };
     let show = |vulkan: &mut VulkanBackend| {
         let mut derived = DerivedScene::derive(&small, &DeriveOptions::default()).expect("the scene is sound");
         vulkan.apply(derived.load_batch()).expect("there is room");
@@ -119,7 +111,7 @@ fn a_batch_that_fails_at_any_allocation_leaves_a_backend_that_can_be_loaded_agai
     };
     // The first frame takes what a backend keeps.
     let expected = show(&mut vulkan);
-    let empty = settle(&mut vulkan);
+    let empty = crate::emptied(&mut vulkan);
     let (mut refused, mut room) = (0, 20_000);
     loop {
         // From the first rows to the last structures: a little more each time.
@@ -137,9 +129,9 @@ fn a_batch_that_fails_at_any_allocation_leaves_a_backend_that_can_be_loaded_agai
         let again = vulkan.apply(derived.load_batch());
         assert!(matches!(again, Err(BackendError::OutOfMemory(_))), "{again:?}");
         device.set_memory_limit(None);
-        assert_eq!(settle(&mut vulkan), empty, "nothing is left of it");
+        assert_eq!(crate::emptied(&mut vulkan), empty, "nothing is left of it");
         assert_eq!(show(&mut vulkan), expected);
-        assert_eq!(settle(&mut vulkan), empty, "nothing is left of it");
+        assert_eq!(crate::emptied(&mut vulkan), empty, "nothing is left of it");
     }
     assert!(refused >= 5, "only {refused} limits are too low");
     assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");

@@ -243,3 +243,21 @@ fn shared_assets_give_the_hits_of_the_cpu_backend() {
     }
     assert!(seen >= 40, "only {seen} assets show something");
 }
+
+/// What a backend without a scene has in use and allocated, once nothing of earlier scenes is in flight: what is given back is so by
+/// later submissions, so until the figures stay.
+fn emptied(vulkan: &mut VulkanBackend) -> (u64, (u64, usize)) {
+    let device = vulkan.vulkan_device().clone();
+    let mut seen = Vec::new();
+    loop {
+        vulkan.clear().expect("the device works");
+        // A readback waits for all that is in flight.
+        vulkan.read_back().expect("the device works");
+        let now = (device.used(), device.allocated());
+        seen.push(now);
+        if seen.len() >= 4 && seen[seen.len() - 4..].iter().all(|figures| *figures == now) {
+            return now;
+        }
+        assert!(seen.len() < 100, "it never comes to rest: {seen:?}");
+    }
+}

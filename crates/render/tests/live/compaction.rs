@@ -2,7 +2,7 @@
 
 use super::oracle::leaves;
 use super::{Random, Rig, platforms};
-use orthant_render::world::live::{Budget, CompactionOptions, CompactionState, LiveOptions};
+use orthant_render::world::live::{Budget, CompactionOptions, LiveOptions};
 use orthant_world::World;
 
 fn on_demand() -> LiveOptions {
@@ -26,7 +26,7 @@ fn compaction_under_edits_ends_with_a_swap_and_every_frame_shows_what_it_should(
     rig.settle(&Budget::UNLIMITED);
     rig.live.request_compaction("a test asks");
     let budget = Budget { operations: 6, ..Budget::UNLIMITED };
-    let (mut states, mut started, mut swapped) = (Vec::new(), Vec::new(), 0);
+    let (mut started, mut swapped) = (Vec::new(), 0);
     for frame in 0..100_000 {
         assert!(frame < 99_999, "it neither ends nor says why");
         if swapped == 0 {
@@ -35,7 +35,6 @@ fn compaction_under_edits_ends_with_a_swap_and_every_frame_shows_what_it_should(
         let frame = rig.tick(&budget);
         assert!(frame.edits_applied <= 6);
         assert!(frame.compaction.discarded.is_none(), "{:?}", frame.compaction);
-        states.push(frame.compaction.state);
         started.extend(frame.compaction.started);
         swapped += u32::from(frame.compaction.swapped);
         std::thread::sleep(std::time::Duration::from_micros(100));
@@ -44,7 +43,6 @@ fn compaction_under_edits_ends_with_a_swap_and_every_frame_shows_what_it_should(
         }
     }
     assert_eq!((swapped, started.as_slice()), (1, ["a test asks".to_owned()].as_slice()));
-    assert!(states.contains(&CompactionState::Building) || states.contains(&CompactionState::Filling));
     rig.settle(&Budget::UNLIMITED);
 }
 

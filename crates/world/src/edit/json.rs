@@ -26,8 +26,9 @@ impl<'de> Deserialize<'de> for BlockRef {
             serde_json::Value::String(name) if name != "air" => Ok(Self::Name(name)),
             serde_json::Value::String(_) => Ok(Self::Id(BlockId::AIR)),
             id @ serde_json::Value::Number(_) => {
-                let id = id.as_u64().and_then(|id| u16::try_from(id).ok());
-                id.map(|id| Self::Id(BlockId(id))).ok_or_else(|| de::Error::custom("a block's number is 0 to 65535"))
+                let number = id.as_u64().and_then(|id| u16::try_from(id).ok());
+                let none = || de::Error::custom(format!("{id} is no number of a block; they are 0 to 65535"));
+                number.map(|id| Self::Id(BlockId(id))).ok_or_else(none)
             }
             block @ serde_json::Value::Object(_) => {
                 serde_json::from_value(block).map(Self::Block).map_err(de::Error::custom)
