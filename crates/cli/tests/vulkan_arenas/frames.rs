@@ -151,3 +151,43 @@ fn an_image_is_the_same_before_and_after_a_swap_and_the_old_set_is_freed_after_i
     assert!(used[2..].iter().all(|bytes| *bytes == used[2]), "old sets are freed: {used:?}");
     backend.quiet().expect("the validation layers are silent");
 }
+
+/// What the CPU backend shows of a set that was derived from the world as it is.
+fn on_the_cpu(world: &World, frame: &Frame) -> Film {
+    let mut backend = orthant::job::backend::cpu();
+    load(&mut *backend, &Follower::new(SetSlot::Active, world).derived).expect("there is room");
+    render(&mut backend, frame)
+}
+
+#[test]
+fn hits_of_every_frame_of_churn_are_those_of_the_cpu_backend_on_a_fresh_set() {
+    let Some(mut backend) = device() else { return };
+    let mut patches = Patches::new(9);
+    let mut world = patches.world();
+    let mut active = Follower::new(SetSlot::Active, &world);
+    load(&mut *backend, &active.derived).expect("there is room");
+    let mut camera = camera();
+    let (mut pixels, mut hits, mut others) = (0, 0, 0);
+    for number in 0..60 {
+        apply(&mut world, &mut patches, &mut [&mut active]);
+        active.follow_blindly(&mut backend, &world);
+        camera.advance(&Steps { right: 0.2, forward: 0.15, hidden: 0.01, ..Steps::default() });
+        camera.steer(&Turns { yaw: 2.0, xw: if number < 30 { 0.0 } else { 1.3 }, ..Turns::default() });
+        let frame = frame(&camera, (48, 36));
+        let [ours, theirs] = [render(&mut backend, &frame), on_the_cpu(&world, &frame)];
+        let channels = |film: &Film, aov: usize, at: usize| {
+            let (aov, values) = &film.aovs[aov];
+            let count = aov.channels();
+            values[at * count..(at + 1) * count].to_vec()
+        };
+        for at in 0..48 * 36 {
+            pixels += 1;
+            hits += usize::from(channels(&ours, 0, at) != [-1.0]);
+            others += usize::from((0..3).any(|aov| channels(&ours, aov, at) != channels(&theirs, aov, at)));
+        }
+    }
+    assert!(hits * 4 > pixels, "{hits} of {pixels} pixels show a block");
+    // A ray through an edge may take either face.
+    assert!(others * 1000 < pixels, "{others} of {pixels} pixels show another block, face or cell");
+    backend.quiet().expect("the validation layers are silent");
+}
