@@ -187,7 +187,7 @@ fn what_was_loaded_and_dropped_and_edited_leaves_no_memory_behind() {
     for _ in 0..1000 {
         cycle(&mut vulkan);
     }
-    assert_eq!(crate::emptied(&mut vulkan), before);
+    crate::assert_emptied(&mut vulkan, before);
 }
 
 #[test]

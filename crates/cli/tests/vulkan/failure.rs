@@ -129,9 +129,9 @@ fn a_batch_that_fails_at_any_allocation_leaves_a_backend_that_can_be_loaded_agai
         let again = vulkan.apply(derived.load_batch());
         assert!(matches!(again, Err(BackendError::OutOfMemory(_))), "{again:?}");
         device.set_memory_limit(None);
-        assert_eq!(crate::emptied(&mut vulkan), empty, "nothing is left of it");
+        crate::assert_emptied(&mut vulkan, empty);
         assert_eq!(show(&mut vulkan), expected);
-        assert_eq!(crate::emptied(&mut vulkan), empty, "nothing is left of it");
+        crate::assert_emptied(&mut vulkan, empty);
     }
     assert!(refused >= 5, "only {refused} limits are too low");
     assert_eq!(vulkan.messages().map(|m| m.first), Some(Vec::new()), "the validation layers are silent");
